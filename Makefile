@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check bevy fuzz soak doc deny \
+.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check first-minute bevy fuzz soak doc deny \
 	bench profile results native tables quality man python test-python setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -149,6 +149,10 @@ soak: program
 doc:
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --lib --quiet
 
+# README's first minute as strangers run it, each line timed from nothing: needs Xvfb and Chromium, and half an hour.
+first-minute:
+	sh tools/first_minute.sh
+
 # What the registries would get, and dry runs: docs/release.md. Publishes nothing.
 release-check:
 	sh tools/release_check.sh
@@ -158,8 +162,8 @@ deny:
 	@command -v cargo-deny >/dev/null || cargo install --debug --locked --quiet cargo-deny
 	@for manifest in $$(git ls-files '*Cargo.lock' | sed 's/lock$$/toml/'); do \
 		echo $$manifest; \
-		cargo deny --manifest-path $$manifest --all-features check --config $$PWD/deny.toml licenses bans sources || exit; \
-		cargo deny --manifest-path $$manifest --all-features check --config $$PWD/deny.toml advisories || \
+		cargo deny --manifest-path $$manifest --all-features --config $$PWD/deny.toml check licenses bans sources || exit; \
+		cargo deny --manifest-path $$manifest --all-features --config $$PWD/deny.toml check advisories || \
 			echo "deny: the advisories above, or their database cannot be read here" >&2; \
 	done
 

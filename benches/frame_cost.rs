@@ -1,7 +1,7 @@
-//! What a frame costs the host's CPU, and what gobo makes and allocates on the way: nothing. Commands are
-//! recorded and dropped, so that no kernel runs beside what is measured. Then frames in which all views move, with the
-//! host's casters: `prepare_with`, and `bind_lights` or `bind_area_lights` for all of them. It fails where a limit of
-//! docs/embedding.md is missed.
+//! CPU time of a host's frame, and gobo's allocations in it: none. Commands are
+//! recorded and dropped, so that no kernel runs beside what is measured. Then frames in which all views move,
+//! with the host's casters: `prepare_with`, and `bind_lights` or `bind_area_lights` for all of them. It fails
+//! where a limit of docs/embedding.md is missed.
 //!
 //! An allocation is wgpu's if a function of its interface is in its backtrace, gobo's otherwise. The counting
 //! allocator takes a lock for each.
@@ -46,7 +46,7 @@ const MOVES: [(u32, u32, Most); 10] = [
 /// Spots that are area lights for `bind_area_lights`; the others are points.
 const MOST_AREAS: u32 = 64;
 
-/// What frames of wgpu's functions have, which all calls of it pass: files, or names without debug information.
+/// Marks of wgpu's stack frames, which all calls of it pass: files, or names without debug information.
 const WGPU: [&str; 4] =
     ["(src/api/", "(src/backend/wgpu_core.rs", ": wgpu::", ": <wgpu::backend::wgpu_core::"];
 
@@ -142,7 +142,7 @@ fn measure(
     is_host: bool,
 ) -> Result<Cost, Box<dyn Error>> {
     let Gpu { device, queue, .. } = gpu;
-    // Of bounds of another height the views are others.
+    // Bounds of another height have other views.
     let views = |top| -> Result<Vec<View>, gobo::Error> {
         let bounds = Bounds { min: Vec3::new(-2.5, 0.0, -2.5), max: Vec3::new(2.5, top, 2.5) };
         let of = |(i, light)| gobo::light_views(i, light, settings.size, None, &bounds);
@@ -186,7 +186,8 @@ fn measure(
 }
 
 struct Moving {
-    /// Least times of `prepare_with`, `bind_lights`, `bind_area_lights`, `record` and the encoder's `finish` [us].
+    /// Least times of `prepare_with`, `bind_lights`, `bind_area_lights`, `record` and the encoder's `finish`
+    /// [us].
     times: [f64; 5],
     /// Objects of the device's that frames made while all are held.
     made: isize,

@@ -1,6 +1,7 @@
 //! Stages alone: the CPU references on the CPU; sort, bin and accumulate on the device.
 //!
-//! `cargo bench -p gobo-benches --bench stages`, or `cargo bench -p gobo-benches --bench stages -- gpu/sort` for some of them.
+//! `cargo bench -p gobo-benches --bench stages`, or `cargo bench -p gobo-benches --bench stages -- gpu/sort`
+//! for some of them.
 mod common;
 
 use common::{mix, pairs, particles, stage_time, timeline, view};
@@ -14,8 +15,8 @@ use gobo::{
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::{Frustum, GroupTree, order, widened},
     stage::{
-        profile::Profile,
         sort::{PAIR_FORMAT, pair_texture_size},
+        tuning::Tuning,
     },
     view::light_views,
 };
@@ -168,7 +169,7 @@ fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
     let mut group = criterion.benchmark_group("gpu/sort");
     let mut timeline = timeline(gpu);
     let kernels =
-        Kernels::new(&gpu.device, gpu.tier, Profile::of(&gpu.adapter), KernelCache::default());
+        Kernels::new(&gpu.device, gpu.tier, Tuning::of(&gpu.adapter), KernelCache::default());
     for count in COUNTS {
         let textures = ["unsorted", "pairs", "sorted_pairs"]
             .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));

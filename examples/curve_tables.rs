@@ -1,5 +1,5 @@
-//! Writes the tables of `docs/curves.md`, `docs/gaussians.md`, `docs/grids.md` and `docs/strands.md`: `make quality`. With names of tables,
-//! only those.
+//! Writes the tables of `docs/curves.md`, `docs/gaussians.md`, `docs/grids.md` and `docs/strands.md`: `make
+//! quality`. With names of tables, only those.
 #[path = "measure/avsm.rs"]
 mod avsm;
 #[path = "measure/curves.rs"]
@@ -11,6 +11,8 @@ mod deep;
 mod grid_truth;
 #[path = "measure/grids.rs"]
 mod grids;
+#[path = "measure/kernels.rs"]
+mod kernels;
 #[path = "measure/moments.rs"]
 mod moments;
 #[path = "measure/rays.rs"]
@@ -38,9 +40,10 @@ use std::{cell::RefCell, error::Error, fmt::Write as _, path::Path, time::Instan
 
 type Table = fn() -> Result<Option<String>, Box<dyn Error>>;
 
-/// Tables: their page, their name there, and what makes them; `None` where their files are absent.
-const TABLES: [(&str, &str, Table); 6] = [
+/// Tables: their page, their name there, and the function that makes them; `None` if their files are absent.
+const TABLES: [(&str, &str, Table); 7] = [
     ("docs/curves.md", "quality", || Ok(Some(quality()?))),
+    ("docs/curves.md", "kernels", || kernel_table().map(Some)),
     ("docs/gaussians.md", "generated", generated_splats),
     ("docs/gaussians.md", "captured", captured_splats),
     ("docs/grids.md", "generated", generated_grids),
@@ -100,6 +103,22 @@ fn quality() -> Result<String, std::fmt::Error> {
     Ok(table)
 }
 
+/// Errors of the kernels' own maps of the bench's discs.
+fn kernel_table() -> Result<String, Box<dyn Error>> {
+    let gpu = Gpu::new(&Selection::default())?;
+    let mut table =
+        "| discs | K | hits a ray | mean | 99 % | max |\n|---|---|---|---|---|---|\n".to_owned();
+    for casters in [1000, 100_000, 1_000_000] {
+        let discs = kernels::Discs::new(casters);
+        for nodes in [4, 8, 16] {
+            let kernels::Row { mean, high, most } = kernels::Row::of(&discs.errors(&gpu, nodes)?);
+            let (start, hits) = (kernels::Row::start(casters, nodes), discs.hits());
+            writeln!(table, "{start} {hits:.1} | {mean:.5} | {high:.4} | {most:.3} |")?;
+        }
+    }
+    Ok(table)
+}
+
 /// Renders the maps of a scene's first view, by the kernels.
 fn renderer() -> Result<impl Fn(&Scene) -> ViewMaps, Box<dyn Error>> {
     let renderer = RefCell::new(Renderer::on(Gpu::new(&Selection::default())?)?);
@@ -128,7 +147,7 @@ fn generated_splats() -> Result<Option<String>, Box<dyn Error>> {
 fn captured_splats() -> Result<Option<String>, Box<dyn Error>> {
     let files = ["gaussian-smoke-835.ply", "biker.compressed.ply"];
     let (Some(smoke), Some(biker)) = (asset(files[0]), asset(files[1])) else { return Ok(None) };
-    // As dense as it is, which it is not where it is rendered alone.
+    // With its own density, unlike the file rendered alone.
     let smoke = scene_of(&format!("[[splats]]\nfile = {:?}\n", smoke.display().to_string()))?;
     let clouds = [
         ("gaussian-smoke-835", splats::Cloud::new(smoke, 256, RAYS)),

@@ -82,7 +82,7 @@ fn flicker() -> Result<String, std::fmt::Error> {
 
 const COUNTS: [u32; 5] = [10, 100, 1_000, 10_000, 100_000];
 
-/// Frames per count: fewer where the work exceeds the noise.
+/// Frames per count: fewer if the work exceeds the noise.
 fn runs(count: u32) -> usize {
     match count {
         0..=10 => 800,
@@ -121,7 +121,8 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
         Ok(frames(transfer, count)?.into_iter().fold(f64::INFINITY, f64::min))
     };
     let mut table = format!(
-        "{}; core time of the fastest of many frames.\n\n| duplicates | opaque [ms] | dithered [ms] | dithered, above one caster \
+        "{}; core time of the fastest of many frames.\n\n| duplicates | opaque [ms] | dithered [ms] | \
+         dithered, above one caster \
          [us per caster] |\n|---|---|---|---|\n",
         gpu.adapter.name
     );
@@ -136,8 +137,8 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
     Ok(table)
 }
 
-/// Clock: on a software adapter, CPU time of all threads, which does not depend on other load; else, or if
-/// the system does not report it, wall time.
+/// Clock: on a software adapter, CPU time of all threads, which does not depend on other load; otherwise, or
+/// if the system does not report it, wall time.
 struct Clock {
     start: Instant,
     busy: Option<u64>,

@@ -1,6 +1,6 @@
-//! Smoke that never leaves the GPU: a compute kernel moves it, gobo reads the kernel's buffer, and points
-//! on the floor below are lit through it. Finally the same smoke, read back and uploaded, must give the
-//! same bits.
+//! Smoke that never leaves the GPU: a compute kernel moves it, gobo reads the kernel's buffer, and points on
+//! the floor below are lit through it. Finally the same smoke, read back and uploaded, must give the same
+//! bits.
 //!
 //! `cargo run --example gpu_particles`
 #[path = "common/kernel.rs"]
@@ -23,7 +23,7 @@ const FRAMES: u32 = 60;
 /// Edge of the grid of points on the floor.
 const GRID: u32 = 24;
 
-/// The simulation, with a layout of the host's own.
+/// The simulation, with a layout of its own.
 const SIMULATION: &str = "
 struct Smoke { place: vec3<f32>, radius: f32, color: vec4<f32> }
 struct Frame { number: u32, born: u32, capacity: u32 }
@@ -51,7 +51,7 @@ fn move_smoke(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }";
 
-/// The loader, by which gobo reads a caster from that layout.
+/// The loader: gobo reads casters through it.
 const LOADER: &str = "
 struct Smoke { place: vec3<f32>, radius: f32, color: vec4<f32> }
 @group(1) @binding(0) var<storage, read> smoke: array<Smoke>;
@@ -84,7 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let text = [include_str!("common/chance.wgsl"), SIMULATION].concat();
     let simulation = Kernel::new(&device, text, &[&smoke, &alive, &frame]);
 
-    // The smoke, as gobo reads it.
+    // The smoke in gobo's form.
     let layout = particles::layout(&device);
     let bindings = bind(&device, &layout, &[&smoke]);
     let mut shadows = Shadows::on_tier(&device, &queue, &adapter.get_info(), tier)?;
@@ -102,7 +102,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .collect::<Result<Vec<_>, _>>()?
         .concat();
 
-    // Once, as long as lights and materials stay.
+    // Done once, as long as lights and materials stay.
     let inputs = HostInputs::new().casters(&sets);
     let prepared = shadows.prepare_with(&casters, &views, &settings, &inputs)?;
     let made = || device.get_internal_counters().hal.buffers.read();
@@ -126,7 +126,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} particles, {} skipped", counters.casters, counters.skipped.len());
     let through = shares(&device, &queue, &prepared, &lights)?;
 
-    // The same smoke by way of the CPU.
+    // The same smoke, uploaded by the CPU.
     let bytes = read(&device, &queue, &smoke)?;
     let [alive] = bytemuck::pod_read_unaligned::<[u32; 1]>(&read(&device, &queue, &alive)?);
     let records: Vec<[f32; 8]> = bytemuck::pod_collect_to_vec(&bytes);

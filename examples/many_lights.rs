@@ -1,5 +1,5 @@
-//! Savings by clusters: the time of a picture whose pixels evaluate the lights of their cluster, and of the
-//! same picture whose pixels evaluate all lights.
+//! Time saved by clusters: a picture whose pixels evaluate the lights of their cluster, and the same picture
+//! whose pixels evaluate all lights.
 //!
 //! `cargo run --release --example many_lights [SCENE=data/lamps.toml] [KEY=VALUE]...`
 use gobo::{

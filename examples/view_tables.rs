@@ -1,8 +1,9 @@
-//! Writes the table of many views in `benches/NOTES.md`, `make tables`: what a frame of their maps asks of a GPU.
+//! Writes the table of many views in `benches/NOTES.md`, `make tables`: what a frame of their maps asks of a
+//! GPU.
 use gobo::{
     Shadows,
     gpu::Gpu,
-    stage::{buckets::BUCKET_PAIRS, sort::Shape},
+    stage::{buckets::BUCKET_PAIRS, sort::Partition},
     view::shadow_views,
 };
 use std::{
@@ -34,14 +35,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         prepared.record_counts(&mut encoder)?;
         gpu.queue.submit([encoder.finish()]);
         let counted = prepared.counters()?;
-        for (shape, bucket_pairs) in
-            [(Shape::Wide, BUCKET_PAIRS), (Shape::Wide, 0), (Shape::Serial, 0)]
+        for (partition, bucket_pairs) in
+            [(Partition::Wide, BUCKET_PAIRS), (Partition::Wide, 0), (Partition::Serial, 0)]
         {
             let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)?;
             shadows.configure(|config| {
-                config.profile.shape = shape;
-                config.profile.bucket_pairs = bucket_pairs;
-                config.toggles.scatter_tiny = shape == Shape::Wide;
+                config.tuning.partition = partition;
+                config.tuning.bucket_pairs = bucket_pairs;
+                config.toggles.scatter_tiny = partition == Partition::Wide;
             });
             shadows.grow_from(&counted);
             let inputs = Default::default();

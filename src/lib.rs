@@ -40,7 +40,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What a texel holds and how a receiver reads it is in `docs/pipeline.md`.
+//! The contents of a texel, and how a receiver reads them, are in `docs/pipeline.md`.
 //!
 //! # Features
 //! - `device`: opens adapters by itself (`Gpu`).
@@ -49,8 +49,8 @@
 // A browser's wgpu objects stay on their thread.
 #![cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
 
-/// Opens a span of `tracing` until the end of the block, at the level of debugging, for a subscriber that times it:
-/// `device`, `generate`, `compile`, `kernels` and `read_back`.
+/// Opens a span of `tracing` until the end of the block, at the level of debugging, for a subscriber that
+/// times it: `device`, `generate`, `compile`, `kernels` and `read_back`.
 macro_rules! phase {
     ($name:literal) => {
         let _phase = tracing::debug_span!($name).entered();
@@ -65,7 +65,7 @@ pub mod shadows;
 pub mod stage;
 pub mod view;
 
-/// What hosts need beyond the root: devices, receivers in shaders of their own, masks, simulations.
+/// For hosts, beyond the root: devices, receivers in shaders of their own, masks, simulations.
 pub mod host {
     pub use crate::{
         gpu::{Backend, Missing, Need, Profiler, Requirement, Selection, error::Input},

@@ -17,6 +17,9 @@ mod docs;
 #[path = "../examples/measure/grids.rs"]
 mod grids;
 mod guest;
+#[allow(dead_code, reason = "the example makes a table of it")]
+#[path = "../examples/measure/kernels.rs"]
+mod kernels;
 use common::{grid_truth, strand_truth};
 mod maps;
 #[path = "../examples/measure/moments.rs"]

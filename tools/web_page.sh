@@ -21,6 +21,8 @@ cp "$crate"/tests/*.html "$folder/"
 tar -xzf dist/gobo-shadows-*.tgz -C "$folder"
 target=${CARGO_TARGET_DIR:-$PWD/target}/web
 (cd "$crate" && CARGO_TARGET_DIR=$target cargo run --quiet --locked --bin samples -- "$folder/samples" 120 75)
+# Maps by the driver that the browser has.
+(cd "$crate" && CARGO_TARGET_DIR=$target sh ../../tools/swiftshader.sh cargo run --quiet --locked --bin samples -- "$folder/samples")
 python3 -u -m http.server --bind 127.0.0.1 --directory "$folder" 0 >"$folder/port" 2>/dev/null &
 server=$!
 port=

@@ -1,5 +1,5 @@
 // Features of a batch and of its device, to which kernels are specialised. Rust: values from `Features` in
-// src/stage/features.rs and `Profile` in src/stage/profile.rs.
+// src/stage/features.rs and `Tuning` in src/stage/tuning.rs.
 
 override HAS_PARTICLES: bool = true;
 override HAS_TRIANGLES: bool = true;
@@ -10,6 +10,8 @@ override HAS_VERTEX_COLORS: bool = false;
 override HAS_FRESNEL: bool = false;
 // Some triangles of the picture send light on to their far side.
 override HAS_FAR_SIDES: bool = false;
+// Images say of some triangles of the picture what they are like texel by texel.
+override HAS_DETAILS: bool = false;
 override HAS_PUFFS: bool = true;
 override HAS_GAUSSIANS: bool = true;
 // Some particles are discs or quads, which face the light.
@@ -35,9 +37,9 @@ override HAS_DITHER: bool = true;
 override HAS_SMALL: bool = false;
 // The batch's views are perspective ones.
 override PERSPECTIVE: bool = false;
-// The batch's views are orthographic ones, as far as Gaussians are concerned.
+// The batch has Gaussians, and orthographic views only.
 override PARALLEL: bool = false;
-// Setups of splats have the numbers of their footprints.
+// The setup of a splat has the index of its footprint.
 override SETUPS_IN_ORDER: bool = false;
 // The views have opaque casters.
 override HAS_OPAQUE: bool = true;
@@ -51,7 +53,8 @@ override HAS_SOFTENING: bool = false;
 override COUNT_COST: bool = false;
 // Walks visit particles and triangles in loops of their own.
 override KINDS_APART: bool = false;
-// Cells of a brick that a ray crosses in one turn of a loop: llvmpipe ends all loops of an invocation after 65,535 turns.
+// Cells of a brick that a ray crosses in one turn of a loop: llvmpipe ends all loops of an invocation after
+// 65,535 turns.
 override CELLS_AT_ONCE: u32 = 1u;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
@@ -63,7 +66,7 @@ override HAS_AIR: bool = false;
 override HAS_ENVIRONMENT: bool = false;
 override HAS_LAYERS: bool = true;
 override HAS_PANES: bool = true;
-// Some pane shows what is behind it aside, or blurred.
+// Some pane shows the scene behind it refracted or blurred.
 override HAS_REFRACTION: bool = false;
 // Some map is read with another filter than the spline, or with a slope-scaled bias.
 override HAS_FILTERS: bool = false;
@@ -80,8 +83,8 @@ fn only_capsules() -> bool {
     return HAS_CAPSULES && !(HAS_FACING || HAS_PUFFS || HAS_BRICKS || HAS_GAUSSIANS);
 }
 
-// Bound of a loop over what may lie in registers: the linker writes the loop out for drivers that keep no other
-// array there (src/gpu/link/unrolled.rs).
+// Bound of a loop over an array that should stay in registers: the linker unrolls the loop for drivers that
+// keep there only arrays with constant indices (src/gpu/link/unrolled.rs).
 fn unrolled(turns: u32) -> u32 {
     return turns;
 }

@@ -1,7 +1,7 @@
 //! Kernels against loops for the CPU that do the same work on the same data, measured in turns.
 //!
-//! `cargo bench -p gobo-benches --bench native`, or `cargo bench -p gobo-benches --bench native -- sort` for one of the two tables.
-//! No time is printed before the results agree.
+//! `cargo bench -p gobo-benches --bench native`, or `cargo bench -p gobo-benches --bench native -- sort` for
+//! one of the two tables. No time is printed before the results agree.
 #[path = "../common/mod.rs"]
 mod common;
 
@@ -20,8 +20,8 @@ use gobo::{
     records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::order,
     stage::{
-        profile::Profile,
         sort::{PAIR_FORMAT, pair_texture_size},
+        tuning::Tuning,
     },
     wgpu,
 };
@@ -223,7 +223,7 @@ fn compare_sort(gpu: &Gpu) {
     // Shared by both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
     let kernels_of =
-        Kernels::new(device, gpu.tier, Profile::of(&gpu.adapter), KernelCache::default());
+        Kernels::new(device, gpu.tier, Tuning::of(&gpu.adapter), KernelCache::default());
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);
     for (count, bits) in SORTS {
         let keys = pairs(count).into_iter();

@@ -1,4 +1,4 @@
-//! Kernels of a host's own.
+//! Kernels of the host.
 use gobo::wgpu;
 
 /// A kernel of 64 invocations a workgroup, with its buffers.

@@ -1,4 +1,4 @@
-//! A host's particles, as gobo reads them.
+//! A host's particles, in gobo's layout.
 use gobo::wgpu;
 
 /// Layout of one buffer that kernels read, at binding 0.

@@ -1,4 +1,4 @@
-//! Every key that scene files may have, with odd values.
+//! Every key of scene files, with odd values.
 use crate::{Outcome, load};
 use gobo_scene as scene;
 use std::{
@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Values that are nobody's: of another kind, at the ends of ranges or beyond, of another length.
+/// Values that fit no key: of another kind, at the ends of ranges or beyond, of another length.
 const VALUES: [&str; 14] = [
     "0",
     "-1",
@@ -26,15 +26,16 @@ const VALUES: [&str; 14] = [
     "{ kind = 'none' }",
 ];
 
-/// A scene file, the keys that reading it asks for, and how long it is [bytes].
+/// A scene file, the keys that its reader asks for, and its length [bytes].
 type Seed = (PathBuf, Vec<String>, u64);
 
-/// Number of keys with a value that failed, of those for which there is time; the seconds of a scene are [`crate::SLOW`].
+/// Number of pairs of key and value that failed, as far as time allows; the time limit of a scene is
+/// [`crate::SLOW`].
 pub(super) fn run(folders: &[PathBuf], time: Duration, out: &Path) -> io::Result<usize> {
     let (keys, clock) = (asked(folders)?, Instant::now());
     let (mut count, mut accepted, mut findings) = (0, 0, 0);
     let all = keys.len() * VALUES.len();
-    // Value by value, so that a short time still meets every key.
+    // Value by value, so that every key has its turn even in a short time.
     'values: for value in VALUES {
         for ((_, key), scene) in &keys {
             if clock.elapsed() > time {
@@ -81,7 +82,7 @@ fn asked(folders: &[PathBuf]) -> io::Result<BTreeMap<(String, String), PathBuf>>
     let mut met = BTreeSet::new();
     for (path, keys, _) in seeds {
         for key in keys {
-            // Tables of a list are alike.
+            // Tables in a list have the same keys.
             let parts = key.split('.').filter(|part| part.parse::<usize>().is_err());
             let kind = parts.collect::<Vec<_>>().join(".");
             if met.insert(kind.clone()) {

@@ -1,9 +1,9 @@
 //! Fuzzer: changes files at random and reads them, `make fuzz`.
 //!
-//! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and
-//! `FUZZ_SEED` (0). A reader fails if it panics, takes longer than `SLOW`, or disagrees with `scene::check`. What check
-//! accepts is rendered at a tiny size by the CPU reference, which fails in the same ways. The failing input is written to
-//! out/fuzz, and so is the input that was read last (`current.*`), for a run that was killed.
+//! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and `FUZZ_SEED`
+//! (0). A reader fails if it panics, takes longer than `SLOW`, or disagrees with `scene::check`. Accepted
+//! scenes are rendered at a tiny size by the CPU reference, which fails in the same ways. The failing input
+//! is written to out/fuzz, and so is the last input (`current.*`), for a run that was killed.
 #[path = "../../tests/common/arrays.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]
 mod arrays;
@@ -38,7 +38,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Time in which the largest scene within the limits is made.
+/// Time to load the largest scene within the limits.
 const SLOW: Duration = Duration::from_secs(20);
 
 /// Files of one kind.
@@ -72,7 +72,10 @@ fn main() -> io::Result<ExitCode> {
         let path = if reader.scene.is_some() { &scene } else { &input };
         let read = |bytes: &[u8]| {
             fs::write(&input, bytes)?;
-            Ok(load(path, &[]))
+            let (result, took) = load(path, &[]);
+            // `relight` reads them beside the splats.
+            let harmonics = catch_unwind(|| scene::load_harmonics(&input).is_ok());
+            Ok((harmonics.map_or(Err("panics"), |_| result), took))
         };
         findings += run(reader.name, reader.extension, &reader.seeds, time, seed, &out, read)?;
     }
@@ -93,16 +96,16 @@ fn main() -> io::Result<ExitCode> {
     Ok(if findings == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// What became of an input without a fault.
+/// Result of an input without a fault.
 #[derive(Clone, Copy, PartialEq)]
 enum End {
     Refused,
     Accepted,
-    /// And rendered, if it is a scene, or answered.
+    /// Accepted: rendered, if it is a scene, or answered.
     Used,
 }
 
-/// What became of an input, or what is wrong, and how long that took.
+/// Result of an input, or its fault, and the elapsed time.
 type Outcome = (Result<End, &'static str>, Duration);
 
 /// Number of inputs that failed.
@@ -125,7 +128,7 @@ fn run(
         }
         let (mut result, mut took) = read(&bytes)?;
         if took > SLOW {
-            // Other processes may have taken the cores.
+            // Other processes may have used the cores.
             (result, took) = read(&bytes)?;
         }
         let fault = match result {
@@ -165,7 +168,7 @@ fn load(path: &Path, set: &[(String, String)]) -> Outcome {
     (result, took)
 }
 
-/// Times of a scene that moves [s].
+/// Times of an animated scene [s].
 const TIMES: [f64; 2] = [0.0, 1.25];
 
 /// Renders a scene at a tiny size on the CPU. Scenes of many casters would take most of the time.

@@ -4,7 +4,7 @@ use gobo::glam::{Mat4, Quat, Vec3};
 use serde_json::Value;
 use std::{fmt::Write as _, io};
 
-/// A glTF document that is put together from accessors.
+/// A glTF document made of accessors.
 #[derive(Default)]
 struct Document {
     bytes: Vec<u8>,
@@ -47,7 +47,7 @@ impl Document {
     }
 }
 
-/// A triangle on two joints with two morph targets, all of which keys move.
+/// A triangle on two joints with two morph targets, all moved by keys.
 fn rig() -> Vec<u8> {
     let mut file = Document::default();
     let bounds = r#","min":[0,0,0],"max":[2,1,0]"#;
@@ -76,27 +76,30 @@ fn rig() -> Vec<u8> {
 "targets":[{{"POSITION":{up}}},{{"POSITION":{side}}}]}}],"weights":[0.25,0]}}],
 "animations":[{{"channels":[{{"sampler":0,"target":{{"node":1,"path":"rotation"}}}},
 {{"sampler":1,"target":{{"node":2,"path":"weights"}}}}],
-"samplers":[{{"input":{times},"output":{turns},"interpolation":"LINEAR"}},{{"input":{times},"output":{amounts}}}]}}]"#
+"samplers":[{{"input":{times},"output":{turns},"interpolation":"LINEAR"}},{{"input":{times},
+"output":{amounts}}}]}}]"#
     );
     file.finished(&scene)
 }
 
-/// A triangle with a texture that Basis Universal or KTX2 holds.
+/// A triangle with a texture in Basis Universal or KTX2.
 pub(super) fn textured(image: &str) -> Vec<u8> {
     let mut file = Document::default();
     let bounds = r#","min":[0,0,0],"max":[1,1,0]"#;
     let places = file.floats("VEC3", 3, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], bounds);
     let coordinates = file.floats("VEC2", 3, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0], "");
     let scene = format!(
-        r#""scene":0,"scenes":[{{"nodes":[0]}}],"extensionsUsed":["KHR_texture_basisu"],"nodes":[{{"mesh":0}}],
-"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{places},"TEXCOORD_0":{coordinates}}},"material":0}}]}}],
+        r#""scene":0,"scenes":[{{"nodes":[0]}}],"extensionsUsed":["KHR_texture_basisu"],
+        "nodes":[{{"mesh":0}}],
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":{places},"TEXCOORD_0":{coordinates}}},
+"material":0}}]}}],
 "materials":[{{"alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
 "textures":[{{"extensions":{{"KHR_texture_basisu":{{"source":0}}}}}}],"images":[{{"uri":"{image}"}}]"#
     );
     file.finished(&scene)
 }
 
-/// Meshes that Draco compressed, in a container: what changes there are the compressed bytes.
+/// Meshes compressed by Draco, in a container: changes there hit the compressed bytes.
 pub(super) fn draco() -> io::Result<Vec<Vec<u8>>> {
     let texts = [
         include_str!("../../tests/scene/wave_draco.gltf"),
@@ -105,7 +108,7 @@ pub(super) fn draco() -> io::Result<Vec<Vec<u8>>> {
     texts.iter().map(|text| in_container(text)).collect()
 }
 
-/// A glTF whose one buffer is in its text, as a `.glb`.
+/// A glTF whose one buffer is in its text, turned into a `.glb`.
 fn in_container(text: &str) -> io::Result<Vec<u8>> {
     let mut document: Value = serde_json::from_str(text)?;
     let buffer = document["buffers"][0].as_object_mut().expect("a buffer");
@@ -130,13 +133,14 @@ fn in_container(text: &str) -> io::Result<Vec<u8>> {
     Ok(parts.concat())
 }
 
-/// Three instances of a triangle, one of whose corners is another by a sparse accessor.
+/// Three instances of a triangle; a sparse accessor replaces one of its corners.
 fn instances() -> Vec<u8> {
     let mut file = Document::default();
     let which = file.view([2, 0]);
     let values = file.view([0.5_f32, 2.0, 0.0].into_iter().flat_map(f32::to_le_bytes));
     let sparse = format!(
-        r#","min":[0,0,0],"max":[1,2,0],"sparse":{{"count":1,"indices":{{"bufferView":{which},"componentType":5123}},"values":{{"bufferView":{values}}}}}"#
+        r#","min":[0,0,0],"max":[1,2,0],"sparse":{{"count":1,"indices":{{"bufferView":{which},
+        "componentType":5123}},"values":{{"bufferView":{values}}}}}"#
     );
     let places = file.floats("VEC3", 3, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], &sparse);
     let moved = [0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, -2.0];

@@ -39,7 +39,7 @@ pub(super) fn mutated(seeds: &[Vec<u8>], chance: &mut Chance) -> Vec<u8> {
     bytes
 }
 
-/// Ends a part with the digest of what is before, which a change has broken.
+/// Ends a part with the digest of the bytes before, which a change has invalidated.
 pub(super) fn seal(part: &mut Vec<u8>) {
     const DIGEST: usize = 32;
     part.truncate(part.len().saturating_sub(DIGEST));
@@ -82,7 +82,7 @@ fn change(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], chance: &mut Chance) {
     }
 }
 
-/// Puts a word in the place of the next number in the text.
+/// Replaces the next number in the text by a word.
 fn number(bytes: &mut Vec<u8>, at: usize, word: &[u8]) {
     let is_part = |&byte: &u8| byte.is_ascii_digit() || b".-+e".contains(&byte);
     let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|skip| at + skip) else {

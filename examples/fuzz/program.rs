@@ -1,5 +1,5 @@
-//! Files that only the program reads: sidecars, by `gobo verify`, arrays of points, by `gobo light`, and parts, by
-//! `gobo merge`.
+//! Files that only the program reads: sidecars, by `gobo verify`, arrays of points, by `gobo light`, and
+//! parts, by `gobo merge`.
 use crate::{End, Outcome};
 use std::{
     env, fs,
@@ -9,14 +9,14 @@ use std::{
     time::Instant,
 };
 
-/// A file of a folder that a command of the program reads.
+/// A file in a folder that a command of the program reads.
 pub(super) struct Program {
     gobo: PathBuf,
     folder: PathBuf,
     /// Name of the file in the folder.
     file: &'static str,
     arguments: &'static [&'static str],
-    /// Whether the folder is checked for files beside the one that is read and the folder `joined`.
+    /// Whether the folder is checked for files other than the one that is read and the folder `joined`.
     is_confined: bool,
 }
 
@@ -32,7 +32,7 @@ const SCENE: &str = "[[material]]\nname = 'm'\n[[shape]]\nkind = 'pane'\nmateria
     [shadow]\nsize = 16\n";
 
 impl Program {
-    /// Frames with sidecars, and the first of these.
+    /// Frames with sidecars, and the first sidecar.
     pub(super) fn of_sidecars(out: &Path) -> io::Result<(Self, Vec<Vec<u8>>)> {
         let program = Self::new(out.join("job"), "frame_0000.json", &["verify", "."])?;
         let job = [
@@ -71,7 +71,7 @@ impl Program {
         Ok((program, vec![array(3), array(6)]))
     }
 
-    /// A part that has all casters. Joining it may write to the folder `joined` alone.
+    /// A part with all casters. Joining it may write only to the folder `joined`.
     pub(super) fn of_parts(out: &Path) -> io::Result<(Self, Vec<Vec<u8>>)> {
         let mut program =
             Self::new(out.join("parts"), "p.gobo", &["merge", "p.gobo", "-o", "joined"])?;
@@ -119,8 +119,8 @@ impl Program {
         if output.status.success() { Ok(()) } else { Err(Error::other(said.into_owned())) }
     }
 
-    /// Whether the program takes the file, or what is wrong: it ends with a status of its own, soon, and says why in
-    /// few words.
+    /// Whether the program accepts the file, or its fault: it must end with a status of its own, soon, and
+    /// give a short reason.
     pub(super) fn read(&self, bytes: &[u8]) -> io::Result<Outcome> {
         fs::write(self.folder.join(self.file), bytes)?;
         let start = Instant::now();

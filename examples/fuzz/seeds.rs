@@ -9,7 +9,11 @@ use super::{
     vdb::{Format, Packing, VdbGrid, file},
 };
 use flate2::{Compression, write::ZlibEncoder};
-use gobo::glam::IVec3;
+use gobo::{
+    glam::{IVec3, Vec3},
+    model::Gaussian,
+};
+use gobo_scene::splats::{Harmonics, to_sog};
 use image::{DynamicImage, ImageFormat, RgbaImage};
 use std::{
     fmt::Write as _,
@@ -22,7 +26,7 @@ const PLANE: &str = "shape = [{ kind = \"pane\", material = \"m\" }]\n";
 /// Largest seed; larger ones are slow to read and add nothing new [bytes].
 const LARGEST: usize = 6000;
 
-/// Model of whose texture `ktx2` changes the file.
+/// Model whose texture file `ktx2` changes.
 const TEXTURED: &str = "textured.gltf";
 
 /// All readers; models that scenes name are written to `out`.
@@ -30,7 +34,8 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     fs::write(out.join(TEXTURED), models::textured("current.ktx2"))?;
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let alone = |name, extension, seeds| Reader { name, extension, seeds, scene: None };
-    // In a scene whose sun is a point: that of a file alone has a size, for which the CPU takes 64 maps.
+    // In a scene with a point light: the default sun of a single file has a size, for which the CPU renders
+    // 64 maps.
     let in_table = |table: &str, name, extension: &'static str, seeds| Reader {
         name,
         extension,
@@ -111,7 +116,7 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     Ok(readers)
 }
 
-/// What names the images of a SOG, and the levels of a streamed one, in a folder that has them.
+/// Files that name the images of a SOG, and the levels of a streamed one, in a folder with these.
 fn sog_json(out: &Path) -> io::Result<Vec<Vec<u8>>> {
     let files = splats::sog_files(&SPLATS);
     fs::create_dir_all(out.join("level"))?;
@@ -126,7 +131,7 @@ fn sog_json(out: &Path) -> io::Result<Vec<Vec<u8>>> {
     Ok(vec![files[0].1.clone(), levels.as_bytes().to_vec()])
 }
 
-/// Clouds of points in each format.
+/// Point clouds in each format.
 fn point_files() -> [Files; 3] {
     let still = [0.0; 3];
     let las = [2, 7].map(|format| points::las(format, &DOTS, still, 257));
@@ -141,7 +146,8 @@ fn point_files() -> [Files; 3] {
 
 /// Meshes without nodes.
 fn mesh_files() -> [Files; 2] {
-    let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+    let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\n\
         property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\n\
         property list uchar int vertex_indices\nend_header\n";
     let rows = "0 0 0 255 0 0\n1 0 0 0 255 0\n1 1 0 9 9 9\n0 1 1 7 8 9\n4 0 1 2 3\n3 0 2 1\n";
@@ -153,10 +159,17 @@ fn mesh_files() -> [Files; 2] {
     ]
 }
 
-/// Name of a reader, ending of its files, and seeds.
+/// Name of a reader, extension of its files, and seeds.
 type Files = (&'static str, &'static str, Vec<Vec<u8>>);
 
 /// Splats in each format.
+/// A SOG of a splat with harmonics of degree 1.
+fn sog_with_harmonics() -> Vec<u8> {
+    let splat = Gaussian { sigma: Vec3::splat(0.1), ..Gaussian::default() };
+    let harmonics = Harmonics { count: 3, coefficients: vec![[0.25; 3]; 3] };
+    to_sog(&[splat], &[Vec3::ONE], &harmonics).expect("a splat of finite numbers")
+}
+
 fn splat_files() -> [Files; 9] {
     let encodings = ["ascii", "binary_little_endian", "binary_big_endian"];
     let of_gltf = |logarithms| splats::gltf(&SPLATS, logarithms).into_bytes();
@@ -165,7 +178,7 @@ fn splat_files() -> [Files; 9] {
         ("compressed_ply", "ply", vec![splats::packed_ply(&SPLATS)]),
         ("splat", "splat", vec![splats::bare(&SPLATS)]),
         ("spz", "spz", [1, 2, 3, 4].map(|version| splats::spz(version, &SPLATS)).into()),
-        ("sog", "sog", vec![splats::sog(&SPLATS)]),
+        ("sog", "sog", vec![splats::sog(&SPLATS), sog_with_harmonics()]),
         ("khr_splats", "gltf", [false, true].map(of_gltf).into()),
         ("medium_ply", "ply", vec![medium()]),
         ("ksplat", "ksplat", [0, 1, 2].map(|level| splats::ksplat(level, &SPLATS)).into()),
@@ -221,7 +234,7 @@ fn medium() -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A few voxels and a tile, and colours that change within both, written in each way.
+/// A few voxels and a tile, and colours that change within both, in each encoding.
 fn vdb() -> Vec<Vec<u8>> {
     let mut grid = VdbGrid::default();
     for i in 0..40 {
@@ -378,7 +391,7 @@ fn picture(format: ImageFormat) -> io::Result<Vec<u8>> {
     Ok(bytes.into_inner())
 }
 
-/// A KTX2 of 5 x 3 texels of RGBA8 (KTX 2.0, section 3), by zlib or as they are.
+/// A KTX2 of 5 x 3 texels of RGBA8 (KTX 2.0, section 3), compressed by zlib or not.
 fn ktx2(is_packed: bool) -> io::Result<Vec<u8>> {
     let plain: Vec<u8> = (0..60).map(|i| i * 4).collect();
     let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());

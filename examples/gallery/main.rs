@@ -25,7 +25,7 @@ struct Plate {
     /// First comment of the scene file.
     about: String,
     path: PathBuf,
-    /// The picture; the masks of a scene that has them are inset.
+    /// The picture; a scene's masks are inset.
     image: RgbImage,
     frame: Frame,
     /// Time of reading, rendering and reading back.
@@ -119,7 +119,7 @@ fn check(plates: &[Plate]) -> Fallible<()> {
         let casts = |maps: &gobo_picture::ViewMaps| {
             maps.filter.iter().any(|filter| filter.iter().any(|&light| light < 0.9))
         };
-        // What masks show are solid casters.
+        // Only solid casters appear in masks.
         if frame.debug.is_empty() && !frame.maps.iter().any(casts) {
             faults.push(format!("{name}: nothing translucent casts in any map"));
         }

@@ -7,7 +7,8 @@ use std::{fmt::Write as _, io::Cursor, time::Duration};
 
 /// Views per scene whose maps are shown.
 const VIEWS: usize = 3;
-const STYLE: &str = "body{font:15px/1.5 sans-serif;background:#111;color:#ddd;max-width:980px;margin:2em auto;\
+const STYLE: &str = "body{font:15px/1.5 sans-serif;background:#111;color:#ddd;max-width:980px;\
+    margin:2em auto;\
      padding:0 1em}h1,h2{font-weight:normal}img{display:block}.picture{width:100%;height:auto}\
      .maps{display:flex;gap:8px;flex-wrap:wrap}figure{margin:8px 0}figcaption{font-size:12px;color:#999}\
      summary{color:#999;cursor:pointer}pre{font-size:12px;white-space:pre-wrap;color:#999}";

@@ -1,5 +1,5 @@
-//! Smoke on voxels that never leaves the GPU: a compute kernel moves two blobs through a volume texture each frame, and
-//! gobo makes bricks of it in place. Finally the same voxels, uploaded, must cast the same shadow.
+//! Smoke on voxels that never leaves the GPU: a compute kernel moves two blobs through a volume texture each
+//! frame, and gobo makes bricks of it in place. Finally the same voxels, uploaded, must cast the same shadow.
 //!
 //! `cargo run --example host_grid`
 use gobo::{
@@ -22,11 +22,11 @@ const FRAMES: u32 = 24;
 /// Edge of the grid of points on the floor, and of its picture.
 const POINTS: u32 = 120;
 const SCALE: u32 = 3;
-/// Largest difference of a light's share: a ray is counted from the middle of an uploaded grid's bricks, and of all that
-/// the texture may have.
+/// Largest difference of a light's share: a ray is measured from the middle of an uploaded grid's bricks, or
+/// from that of the texture's whole extent.
 const TOLERANCE: f32 = 1.0 / 1024.0;
 
-/// The simulation, such as it is.
+/// A minimal simulation.
 const SIMULATION: &str = "
 @group(0) @binding(0) var smoke: texture_storage_3d<r32float, write>;
 @group(0) @binding(1) var<uniform> time: vec4<f32>;
@@ -79,7 +79,7 @@ fn main() -> Result<()> {
     });
     let simulation = Simulation::new(&device, &smoke, &time);
 
-    // The smoke, as gobo sees it: blue is absorbed most.
+    // The smoke in gobo's form: blue is absorbed most.
     let corner = Vec3::new(-1.5, 0.2, -1.5);
     let grid = Grid {
         world_from_index: Affine3A::from_translation(corner)
@@ -101,7 +101,7 @@ fn main() -> Result<()> {
         .concat();
     let mut shadows = Shadows::on_tier(&device, &queue, &adapter.get_info(), tier)?;
 
-    // Once, as long as lights, materials and the grid's transform stay.
+    // Done once, as long as lights, materials and the grid's transform stay.
     let inputs = HostInputs::new().grids(&grids);
     let prepared = shadows.prepare_with(&casters, &views, &settings, &inputs)?;
     let points = floor();
@@ -124,7 +124,7 @@ fn main() -> Result<()> {
     darkest.push(darkest_point(&through));
     save(&through)?;
 
-    // The same smoke by way of the CPU.
+    // The same smoke, uploaded by the CPU.
     let voxels = read_voxels(&device, &queue, &smoke)?;
     let at = |v: IVec3| voxels[((v.z as u32 * EDGE + v.y as u32) * EDGE + v.x as u32) as usize];
     let bricks = Brick::of_voxels(IVec3::ZERO, IVec3::splat(EDGE as i32 - 1), at);
@@ -248,7 +248,7 @@ fn read_voxels(
     Ok(bytemuck::pod_collect_to_vec(&read(device, queue, &buffer)?))
 }
 
-/// All of a buffer, after all commands submitted before. Blocks.
+/// Contents of a buffer, after all commands submitted before. Blocks.
 fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Result<Vec<u8>> {
     let (send, received) = std::sync::mpsc::channel();
     wgpu::util::DownloadBuffer::read_buffer(device, queue, &buffer.slice(..), move |bytes| {

@@ -1,4 +1,4 @@
-// The host's own passes: depth of each light's view, then what the camera sees. `gobo_light_through` and
+// The host's own passes: depth of each light's view, then the camera's picture. `gobo_light_through` and
 // `gobo_light_at` are gobo's.
 
 struct HostLight {
@@ -35,7 +35,7 @@ fn solid(@location(0) place: vec3<f32>, @location(1) normal: vec3<f32>, @locatio
     return Solid(camera.clip_from_world * vec4(place, 1.0), place, normal, color);
 }
 
-// Before anything is between: falloff and cone are the host's.
+// Unshadowed light: falloff and cone are the host's.
 fn arriving(light: HostLight, place: vec3<f32>) -> vec3<f32> {
     let way = light.place.xyz - place;
     let cosine = way.y / length(way);

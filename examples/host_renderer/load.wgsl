@@ -1,4 +1,4 @@
-// How gobo reads the host's smoke.
+// Loader of the host's smoke for gobo.
 
 struct Smoke {
     place: vec3<f32>,

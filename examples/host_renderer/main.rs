@@ -1,6 +1,6 @@
 //! A host with a renderer of its own: it rasterizes depth maps, moves smoke on the GPU and shades in a
 //! forward pass that evaluates gobo's light look-up at each point. Lights come and go. The picture of frame
-//! 20 must be, byte for byte, the one with smoke and solids uploaded by the CPU.
+//! 20 must equal, byte for byte, the one with smoke and solids uploaded by the CPU.
 //!
 //! `cargo run --example host_renderer` writes pictures to `out/host_renderer/`
 #[path = "../common/kernel.rs"]
@@ -70,7 +70,7 @@ fn since(number: u32) -> u32 {
     [45, 35, 15].into_iter().find(|&start| number >= start).unwrap_or(0)
 }
 
-/// Lights of a frame: a sun all the time, a red lamp, a blue one that comes, a red one that goes.
+/// Lights of a frame: a permanent sun, a red lamp, a blue one that appears, a red one that vanishes.
 fn lights_of(number: u32) -> Vec<Light> {
     let spot = |place: Vec3, color: Vec3| Light { color, ..Light::spot(place, Vec3::NEG_Y, 1.25) };
     let red = spot(Vec3::new(-1.0, 4.6, 0.4), Vec3::new(9.0, 3.5, 2.0));
@@ -139,13 +139,13 @@ fn settings() -> ShadowSettings {
     ShadowSettings { size: MAP, receiver: Receiver::Curve, nodes: 8, ..Default::default() }
 }
 
-/// Materials of the smoke, and of the solids.
+/// Materials of the smoke and of the solids.
 fn materials() -> [Material; 2] {
     [Material::default(), Material { transfer: Transfer::Opaque, ..Material::default() }]
 }
 
-/// A floor and two shelves over it, two triangles each. As seen from the lights none of their edges is
-/// within 1/256 texel of a texel's centre: there a rasterizer, which snaps corners, may differ from gobo.
+/// A floor and two shelves over it, two triangles each. Seen from the lights, none of their edges is within
+/// 1/256 texel of a texel's centre: there a rasterizer, which snaps corners, may differ from gobo.
 fn solids() -> Vec<Vertex> {
     let quad = |middle: Vec3, half: Vec2, color: [f32; 3]| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, 1.0), (1.0, -1.0)].map(
@@ -236,7 +236,7 @@ impl Host {
         Ok(Frame { lights: lights.to_vec(), views, prepared, bound, since: 0 })
     }
 
-    /// Compares the picture with the one of uploaded casters, and with the one without any.
+    /// Compares the picture with that of uploaded casters, and with that without any.
     fn compare(&self, raster: &Raster, frame: &Frame, alive: u32, picture: &[u8]) -> Result<()> {
         let records: Vec<[f32; 8]> =
             bytemuck::pod_collect_to_vec(&read(&self.device, &self.queue, &self.smoke)?);

@@ -3,7 +3,7 @@ use crate::{Result, raster::SIZE};
 use gobo::wgpu;
 use std::path::Path;
 
-/// All of a buffer, after all commands submitted before. Blocks.
+/// Contents of a buffer, after all commands submitted before. Blocks.
 pub(crate) fn read(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -18,7 +18,7 @@ pub(crate) fn read(
     Ok(received.recv()??)
 }
 
-/// Four bytes per pixel. Blocks.
+/// The picture, four bytes per pixel. Blocks.
 pub(crate) fn read_picture(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

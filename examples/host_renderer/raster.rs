@@ -238,7 +238,7 @@ impl Raster {
         })
     }
 
-    /// Draws the picture. `light_group`: gobo's, of `lights`; `smoke_count`: particles that are drawn.
+    /// Draws the picture. `light_group`: gobo's, for `lights`; `smoke_count`: number of drawn particles.
     pub(crate) fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -1,4 +1,4 @@
-// The host's simulation: smoke that rises and spreads. A particle is born anew after its time.
+// The host's simulation: smoke that rises and spreads. A particle is reborn after its time.
 
 struct Smoke {
     place: vec3<f32>,

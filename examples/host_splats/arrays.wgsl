@@ -1,5 +1,5 @@
-// Splats as 3DGS trains and stores them, an array a property: logarithms of deviations, a quaternion, scalar first and of
-// any length, the first coefficient of spherical harmonics, the logit of the opacity.
+// Splats as 3DGS trains and stores them, an array per property: logarithms of deviations; quaternions, scalar
+// first and of any length; the first coefficient of spherical harmonics; the logit of the opacity.
 
 struct Three { x: f32, y: f32, z: f32 }
 @group(1) @binding(0) var<storage, read> means: array<Three>;

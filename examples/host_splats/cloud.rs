@@ -1,4 +1,4 @@
-//! Two layouts of splats, and what they mean.
+//! Two layouts of splats, and their decoding.
 use gobo::{
     Gaussian,
     glam::{Quat, Vec3},
@@ -11,7 +11,7 @@ fn chance(seed: u32) -> f32 {
     ((word >> 22) ^ word) as f32 / u32::MAX as f32
 }
 
-/// Needles along a ring. Rings of other numbers have another colour and place.
+/// Needles along a ring. Rings with other numbers have another colour and position.
 pub(crate) fn ring(count: u32, number: u32) -> Vec<Gaussian> {
     let one = |id: u32| {
         let chance = |n| chance((id * 8 + n) * 2 + number) - 0.5;
@@ -75,7 +75,7 @@ impl Packed {
     }
 }
 
-/// Splats, an array a property.
+/// Splats, an array per property.
 pub(crate) struct Arrays {
     means: Vec<[f32; 3]>,
     log_scales: Vec<[f32; 3]>,

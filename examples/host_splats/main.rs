@@ -1,6 +1,6 @@
-//! Splats that never leave the GPU, in two renderers' own buffers: those of 32 bytes that antimatter15's and three.js
-//! viewers sort, and the arrays that 3DGS trains. gobo reads both in place, and they cast one coloured shadow, also on each
-//! other. The same Gaussians, uploaded, must give the same maps.
+//! Splats that never leave the GPU, in two renderers' own buffers: the 32-byte splats that antimatter15's and
+//! three.js viewers sort, and the arrays that 3DGS trains. gobo reads both in place, and they cast one
+//! coloured shadow, also on each other. The same Gaussians, uploaded, must give the same maps.
 //!
 //! `cargo run --example host_splats`
 mod cloud;
@@ -25,8 +25,8 @@ const COUNT: u32 = 4000;
 /// Edge of the grid of points on the floor, and of its picture.
 const GRID: u32 = 160;
 const SCALE: u32 = 3;
-/// Largest difference of a filter: two steps of halves below 1. A device's `exp` and `normalize` differ from the CPU's in
-/// their last bits.
+/// Largest difference of a filter: two steps of half floats below 1. A device's `exp` and `normalize` differ
+/// from the CPU's in their last bits.
 const TOLERANCE: f32 = 1.0 / 1024.0;
 
 fn main() -> Result<()> {
@@ -57,7 +57,7 @@ fn main() -> Result<()> {
     let of_packed = [bytemuck::cast_slice(&packed), bytemuck::cast_slice(&order)].map(storage);
     let of_arrays = arrays.bytes().map(storage);
 
-    // As gobo reads them.
+    // In gobo's form.
     let mut shadows = Shadows::on_tier(&device, &queue, &adapter.get_info(), tier)?;
     let (layout, packed_bindings) = bind(&device, &of_packed);
     let packed_loader =
@@ -146,7 +146,7 @@ fn bind(
     (layout, group)
 }
 
-/// Red, green and blue of every texel of the recorded maps.
+/// Red, green and blue of all texels of the recorded maps.
 fn filters(device: &wgpu::Device, queue: &wgpu::Queue, prepared: &Prepared) -> Result<Vec<f32>> {
     let texture = &prepared.maps().filters;
     let size = texture.size();
@@ -195,7 +195,7 @@ fn floor_light(
     Ok(shares.iter().map(|[sun, lamp]| [0, 1, 2].map(|c| 0.5 * (sun[c] + lamp[c]))).collect())
 }
 
-/// All of a buffer, after all commands submitted before. Blocks.
+/// Contents of a buffer, after all commands submitted before. Blocks.
 fn read(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> Result<Vec<u8>> {
     let (send, received) = std::sync::mpsc::channel();
     wgpu::util::DownloadBuffer::read_buffer(device, queue, &buffer.slice(..), move |bytes| {

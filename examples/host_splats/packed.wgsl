@@ -1,5 +1,6 @@
-// Splats of 32 bytes, as antimatter15's and three.js viewers keep them: place, deviations, rgba and a quaternion, scalar
-// first, in bytes. `order`: the renderer's own, back to front; the one in use is sorted anew as the camera moves.
+// Splats of 32 bytes, as in antimatter15's and three.js viewers: position, deviations, rgba and a quaternion,
+// scalar first, in bytes. `order`: the renderer's own, back to front; the one in use is sorted anew as the
+// camera moves.
 
 @group(1) @binding(0) var<storage, read> splats: array<array<u32, 8>>;
 @group(1) @binding(1) var<storage, read> order: array<u32>;

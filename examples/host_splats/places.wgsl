@@ -1,4 +1,5 @@
-// Behind `splat_point`: where the light of each packed splat is looked up, in the order of the host's own buffer.
+// Follows `splat_point`: the point at which the light of each packed splat is looked up, in the order of the
+// host's own buffer.
 
 @group(0) @binding(0) var<storage, read> splats: array<array<u32, 8>>;
 @group(0) @binding(1) var<storage, read_write> places: array<f32>;

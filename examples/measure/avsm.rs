@@ -1,8 +1,8 @@
-//! Adaptive volumetric shadow maps (Salvi et al. 2010, section 3), as for heterogeneous volumes: hits come front to
-//! back.
+//! Adaptive volumetric shadow maps (Salvi et al. 2010, section 3), as for heterogeneous volumes: hits come
+//! front to back.
 use gobo::glam::DVec3;
 
-/// Light of one texel as points between which it is linear, per channel.
+/// Light of one texel: points and linear interpolation, per channel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Adaptive {
     /// Depth and light of each point, ascending.
@@ -16,7 +16,7 @@ impl Adaptive {
         Self { points: <[Vec<_>; 3]>::default(), count }
     }
 
-    /// Appends a stretch that lets through `light`, behind those before it.
+    /// Appends a stretch of transmittance `light` behind those before it.
     pub(crate) fn append(&mut self, [start, end]: [f64; 2], light: DVec3) {
         for (points, light) in self.points.iter_mut().zip(light.to_array()) {
             let (last, before) = points.last().copied().unwrap_or((f64::NEG_INFINITY, 1.0));

@@ -24,7 +24,7 @@ pub(crate) enum Rays {
 impl Rays {
     pub(crate) const ALL: [Self; 3] = [Self::Smoke, Self::Panes, Self::Puffs];
 
-    /// Whether the hits may be of soft discs alone, of which no pairs are joined by cost.
+    /// Whether the hits may be of soft discs alone; no pairs of these are joined by cost.
     const fn are_discs(self) -> bool {
         matches!(self, Self::Smoke | Self::Puffs)
     }
@@ -145,7 +145,7 @@ impl Method {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CurveError {
     pub(crate) mean: f32,
-    /// What 99 % of the errors do not exceed.
+    /// 99th percentile of the errors.
     pub(crate) high: f32,
     pub(crate) max: f32,
 }

@@ -1,11 +1,12 @@
-//! Deep opacity maps (Yuksel and Keyser 2008, section 3): layers of equal thickness from where a ray's first hair is.
+//! Deep opacity maps (Yuksel and Keyser 2008, section 3): layers of equal thickness from a ray's first hair
+//! on.
 use gobo::glam::DVec3;
 
 /// Optical depth of one texel behind each of its layers, per channel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Layers {
     first: f64,
-    /// [light depth]
+    /// Thickness of a layer [light depth].
     thickness: f64,
     behind: Vec<DVec3>,
 }
@@ -17,7 +18,7 @@ impl Layers {
         let thickness = span / count as f64;
         let behind = |layer: usize| {
             let z = first + thickness * (layer + 1) as f64;
-            // The last layer has all that is left.
+            // The last layer holds the rest.
             let z = if layer + 1 == count { f64::INFINITY } else { z };
             let part = |[start, end]: [f64; 2]| ((z - start) / (end - start)).clamp(0.0, 1.0);
             stretches.iter().map(|&(stretch, tau)| tau * part(stretch)).sum()

@@ -10,13 +10,13 @@ use gobo_reference::{
     light_by_channel, receive, render_maps,
 };
 
-/// Edge of the maps that are measured [texels]; a texel is a metre wide.
+/// Edge of the measured maps [texels]; a texel is a metre wide.
 const SIZE: u32 = 128;
 /// Radius of the caster [texels].
 const RADIUS: f32 = 40.0;
 /// Light depth of the receiver.
 const RECEIVER: f32 = 0.9;
-/// Frames for which a caster moves.
+/// Frames of a moving caster.
 const FRAMES: u32 = 60;
 
 /// Error of the covered share over 64x64 cells, for 41 opacities and 8 casters.
@@ -49,7 +49,7 @@ pub(crate) fn coverage_error(pattern: Pattern) -> CoverageError {
     CoverageError { rms: (squares / count as f32).sqrt(), max }
 }
 
-/// A soft disc of opacity 0.8 over the map's centre; `moved` by texels.
+/// A soft disc of opacity 0.8 over the map's centre, moved by `moved` texels.
 fn disc(material: Material, moved: Vec2) -> Scene {
     let mut scene = gobo_scene::empty_scene();
     scene.materials =
@@ -69,7 +69,7 @@ fn dithered(pattern: Pattern) -> Material {
     Material { transfer: Transfer::Dither, pattern, ..Material::default() }
 }
 
-/// A view along -z; `moved` by texels.
+/// A view along -z, moved by `moved` texels.
 fn view(moved: Vec2) -> View {
     View {
         role: ViewRole::Whole,
@@ -144,13 +144,13 @@ pub(crate) fn shadow_error(pattern: Pattern) -> ShadowError {
 /// Mean |difference| of the light under a caster from one frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Flicker {
-    /// Dithered, while the caster moves by 1/8 texel a frame.
+    /// Dithered, while the caster moves by 1/8 texel per frame.
     pub(crate) dithered: f32,
     /// The same, softened.
     pub(crate) softened: f32,
     /// Share of the texels under a caster whose opaque depth changes in one such step.
     pub(crate) changed: f32,
-    /// Softened, while the view moves by a whole texel a frame; at a fixed point in the world.
+    /// Softened, while the view moves by a whole texel per frame; at a fixed point in the world.
     pub(crate) snapping: f32,
 }
 
@@ -189,7 +189,7 @@ pub(crate) fn flicker(pattern: Option<Pattern>) -> Flicker {
     sum
 }
 
-/// Coloured dithering, its error against the exact filter, over three coloured discs.
+/// Error of coloured dithering against the exact filter, over three coloured discs.
 pub(crate) fn colored_error(pattern: Pattern) -> ShadowError {
     let mut scene = disc(Material { pattern, ..Material::default() }, Vec2::ZERO);
     scene.materials[0].tint = Vec4::new(0.9, 0.5, 0.2, 0.8);
@@ -222,8 +222,8 @@ pub(crate) fn duplicated() -> Material {
     }
 }
 
-/// One disc of 80 texels radius, duplicated one behind the other. All are in the same tiles: the first
-/// caster of a tile costs more than those that follow.
+/// Copies of one disc of 80 texels radius, one behind the other. All are in the same tiles: the first caster
+/// of a tile costs more than the next ones.
 pub(crate) fn duplicates(count: u32) -> Vec<Particle> {
     (0..count)
         .map(|id| Particle {

@@ -1,4 +1,4 @@
-//! Grids of voxels and strands, as curves and as other projects store their shadows, against 64 bits.
+//! Grids of voxels and strands, as curves and in other projects' shadow formats, against 64 bits.
 use crate::{
     avsm::Adaptive,
     deep::Layers,
@@ -15,21 +15,21 @@ use gobo::{
 };
 use gobo_scene::Scene;
 
-/// Parts of each crossed cell that methods which add up hits are given.
+/// Parts of each crossed cell for methods that add up hits.
 const PARTS: u32 = 4;
 /// Rays that lose less light are left out.
 const LEAST_LOSS: f64 = 0.05;
 
-/// What a ray meets.
+/// Stretches of casters on a ray.
 #[derive(Clone, Debug)]
 pub(crate) struct Met {
     /// Disjoint stretches [light depth], front to back, and their optical depths: of cells and strands.
     cells: Vec<([f64; 2], DVec3)>,
-    /// Light at every depth.
+    /// Light at all depths.
     light: Vec<DVec3>,
 }
 
-/// All grids and strands of the scene on a ray.
+/// Stretches of all grids and strands of the scene on a ray.
 fn met(scene: &Scene, ray: &Ray, texel: f64) -> Met {
     let line = Line { start: ray.start, way: ray.way };
     let mut cells = Vec::new();
@@ -53,7 +53,7 @@ fn met(scene: &Scene, ray: &Ray, texel: f64) -> Met {
 }
 
 impl Met {
-    /// Where its first stretch starts and its last ends.
+    /// Start of its first stretch and end of its last.
     fn ends(&self) -> [f64; 2] {
         match (self.cells.first(), self.cells.last()) {
             (Some(([start, _], _)), Some(([_, end], _))) => [*start, *end],
@@ -62,7 +62,7 @@ impl Met {
     }
 }
 
-/// How the shadow is stored.
+/// Format of the shadow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
     /// Adaptive volumetric shadow maps, with their number of points.
@@ -88,7 +88,7 @@ impl Method {
         Self::Curve(16),
     ];
 
-    /// Those for hair too.
+    /// Methods for hair too.
     pub(crate) const OF_HAIR: [Self; 10] = {
         let [a, b, c, d, e, f, g, h, i] = Self::ALL;
         [Self::Layers(8), a, b, c, d, e, f, g, h, i]
@@ -104,7 +104,7 @@ impl Method {
         }
     }
 
-    /// Memory of a map [bytes per texel] of a channel; of all three together for curves, with F and D.
+    /// Memory of a map [bytes per texel]: per channel; for curves of all three together, with F and D.
     pub(crate) fn bytes(self) -> u32 {
         match self {
             Self::Adaptive(count) => 8 * count as u32,
@@ -122,7 +122,7 @@ pub(crate) struct Volume {
     scene: Scene,
     size: u32,
     rays: Vec<(Ray, Met)>,
-    /// From the first stretch of a ray to its last, at most [light depth].
+    /// Largest distance from a ray's first stretch to its last [light depth].
     span: f64,
     /// Whether receivers are only between a ray's first stretch and its last.
     is_inside: bool,
@@ -147,7 +147,7 @@ impl Volume {
         Self { is_inside: true, ..Self::new(scene, size, count) }
     }
 
-    /// `render`: the maps of a scene's only view.
+    /// `render`: renders the maps of a scene's only view.
     pub(crate) fn errors(&self, method: Method, render: impl FnOnce(&Scene) -> ViewMaps) -> Errors {
         let maps = match method {
             Method::Curve(nodes) => {

@@ -17,7 +17,7 @@ pub(crate) struct Moments {
     count: usize,
 }
 
-/// Share of the moments of [`uniform`] that 32-bit moments are given, as published.
+/// Published weight of the moments of [`uniform`] in biased 32-bit moments.
 fn bias(count: usize) -> f64 {
     match count {
         4 => 5e-7,
@@ -69,7 +69,7 @@ impl Moments {
             let to = if i % 2 == 0 { uniform.get(i / 2 - 1).copied() } else { Some(0.0) };
             *moment += (to.unwrap_or(0.0) - *moment) * bias;
         }
-        // The depths of the distribution with these moments that has as much as possible at z.
+        // Depths of the distribution with these moments that has the largest possible weight at z.
         let size = self.count / 2 + 1;
         let kernel = solved(&moments, z, size);
         let mut at = vec![z];
@@ -115,7 +115,7 @@ fn solved(moments: &[f64], z: f64, size: usize) -> Vec<f64> {
     right
 }
 
-/// Roots of a polynomial with real ones only, largest first: by Newton's method from above, which then
+/// Roots of a polynomial with only real roots, largest first: by Newton's method from above, which then
 /// descends, and deflation.
 fn roots(mut coefficients: Vec<f64>) -> Vec<f64> {
     let mut found = Vec::new();

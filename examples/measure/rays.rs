@@ -1,4 +1,4 @@
-//! Rays of a sun through the casters of a scene, and how far stored light is from theirs.
+//! Rays of a sun through the casters of a scene, and errors of stored light along them.
 use gobo::{
     glam::{DVec3, UVec2, Vec3},
     model::{Light, LightKind, Receiver, View},
@@ -14,7 +14,7 @@ use std::{
 
 /// Receivers along a ray, evenly from the near plane to the far one.
 pub(crate) const DEPTHS: usize = 128;
-/// Most rays that are asked whether they meet a caster, for each that is used.
+/// Most rays tested for casters, for each ray that is used.
 const TRIES: usize = 40;
 
 /// A scene file of this text.
@@ -51,14 +51,14 @@ pub(crate) fn under_a_sun(mut scene: Scene, size: u32, nodes: u32) -> Scene {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
     pub(crate) texel: usize,
-    /// Where light depth is 0, world space [m].
+    /// Point at light depth 0, world space [m].
     pub(crate) start: DVec3,
-    /// From there to light depth 1 [m].
+    /// Vector from there to light depth 1 [m].
     pub(crate) way: DVec3,
 }
 
 impl Ray {
-    /// Of an orthographic view.
+    /// A ray of an orthographic view.
     fn new(view: &View, texel: UVec2) -> Self {
         let world_from_view = view.view_from_world.as_dmat4().inverse();
         let aside = texel.as_dvec2() + 0.5 - view.size.as_dvec2() * 0.5;
@@ -75,7 +75,7 @@ pub(crate) fn depths() -> impl Iterator<Item = f64> {
     (0..DEPTHS).map(|i| (i as f64 + 0.5) / DEPTHS as f64)
 }
 
-/// What up to `count` random rays of a scene's light meet, if `meet` finds enough of it.
+/// Results of `meet` for up to `count` random rays of a scene's light, without those that it rejects.
 pub(crate) fn rays<T>(
     scene: &Scene,
     count: usize,
@@ -104,7 +104,7 @@ impl Errors {
         self.0.iter().sum::<f64>() / self.0.len() as f64
     }
 
-    /// The error that this share of all does not exceed.
+    /// Quantile of the errors at this share.
     pub(crate) fn quantile(&self, share: f64) -> f64 {
         let mut sorted = self.0.clone();
         sorted.sort_by(f64::total_cmp);

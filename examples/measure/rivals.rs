@@ -1,4 +1,4 @@
-//! Methods that curves are compared with: every hit kept, and the representations of others.
+//! Methods for comparison with curves: every hit kept, and the representations of others.
 use gobo::glam::Vec3;
 use std::f64::consts::TAU;
 

@@ -15,12 +15,13 @@ use std::f64::consts::TAU;
 /// A Gaussian on a ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Met {
-    /// Light depth where it is densest, and its standard deviation along the ray.
+    /// Light depth of its highest density, and its standard deviation along the ray.
     pub(crate) depth: f64,
     pub(crate) deviation: f64,
-    /// What it takes of the light.
+    /// Absorbed share of the light.
     pub(crate) alpha: f64,
-    /// Its optical depth as a medium; a splat becomes one that takes its opacity along a ray through its centre.
+    /// Its optical depth as a medium; a splat becomes a medium that absorbs its opacity along a ray through
+    /// its centre.
     pub(crate) thickness: f64,
     pub(crate) is_medium: bool,
 }
@@ -39,7 +40,7 @@ impl Met {
         }
     }
 
-    /// For methods that add up hits: a splat is one, a medium a few.
+    /// Hits for methods that add them up: one for a splat, a few for a medium.
     fn hits(&self) -> Vec<Hit> {
         /// Stretches of a medium, and its end [standard deviations].
         const STRETCHES: u32 = 16;
@@ -58,11 +59,11 @@ impl Met {
     }
 }
 
-/// Farthest from a Gaussian's centre that a ray meets it [standard deviations].
+/// Farthest distance from a Gaussian's centre at which a ray meets it [standard deviations].
 const REACH: f64 = 8.0;
 /// Rays that lose less light are left out.
 const LEAST_LOSS: f64 = 0.05;
-/// Opacity from which a Gaussian counts as a hit, as of a pixel in 3DGS.
+/// Least opacity of a Gaussian that counts as a hit, as for a pixel in 3DGS.
 const LEAST_ALPHA: f64 = 1.0 / 255.0;
 /// Opacity of the densest splat that becomes a medium.
 const DENSEST: f64 = 1.0 - 1e-6;
@@ -102,12 +103,12 @@ fn met(scene: &Scene, ray: &Ray) -> Vec<Met> {
     all
 }
 
-/// The neutral shadow: the product of what all Gaussians let through up to `z`.
+/// The neutral shadow: the product of all Gaussians' transmittances up to `z`.
 pub(crate) fn exact(met: &[Met], z: f64) -> f64 {
     met.iter().map(|met| met.passed(z)).product()
 }
 
-/// `vk_gaussian_splatting` of NVIDIA (`traceShadowRayParticle`, without colour and offset, as is its default): the
+/// `vk_gaussian_splatting` of NVIDIA (`traceShadowRayParticle`, without colour and offset, its default): the
 /// `count` hits nearest to the receiver; light up to 0.8 becomes black, the rest is stretched.
 pub(crate) fn nearest_hits(met: &[Met], z: f64, count: usize) -> f64 {
     const THRESHOLD: f64 = 0.8;
@@ -117,7 +118,8 @@ pub(crate) fn nearest_hits(met: &[Met], z: f64, count: usize) -> f64 {
     ((light - THRESHOLD) / (1.0 - THRESHOLD)).clamp(0.0, 1.0)
 }
 
-/// Gaussians as a medium, by the closed form of deep Gaussian shadow maps (arXiv 2601.01660), exact where they are one.
+/// Gaussians as a medium, by the closed form of deep Gaussian shadow maps (arXiv 2601.01660), exact if they
+/// are one.
 pub(crate) fn as_medium(met: &[Met], z: f64) -> f64 {
     (-met.iter().map(|met| met.thickness * met.share(z)).sum::<f64>()).exp()
 }
@@ -130,7 +132,7 @@ fn normal_share(x: f64) -> f64 {
     if x < 0.0 { 0.5 * rest } else { 1.0 - 0.5 * rest }
 }
 
-/// How the shadows of splats are stored or traced.
+/// Format of the shadows of splats, or tracing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
     /// `vk_gaussian_splatting`, with its number of hits.
@@ -167,7 +169,7 @@ impl Method {
         }
     }
 
-    /// Memory of a map [bytes per texel]; 0 where the ray is traced, or the casters are summed again.
+    /// Memory of a map [bytes per texel]; 0 if the ray is traced, or the casters are summed again.
     pub(crate) fn bytes(self) -> u32 {
         match self {
             Self::NearestHits(_) | Self::Medium => 0,
@@ -197,13 +199,13 @@ impl Cloud {
         Self { scene, size, rays }
     }
 
-    /// Gaussians a ray, in the mean, that take a 255th of the light or more.
+    /// Mean number of Gaussians per ray that absorb at least a 255th of the light.
     pub(crate) fn hits(&self) -> f64 {
         let visible = |met: &Vec<Met>| met.iter().filter(|met| met.alpha >= LEAST_ALPHA).count();
         self.rays.iter().map(|ray| visible(&ray.1)).sum::<usize>() as f64 / self.rays.len() as f64
     }
 
-    /// `render`: the maps of a scene's only view.
+    /// `render`: renders the maps of a scene's only view.
     pub(crate) fn errors(&self, method: Method, render: impl FnOnce(&Scene) -> ViewMaps) -> Errors {
         let maps = match method {
             Method::Curve(nodes) => {

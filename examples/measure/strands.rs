@@ -1,4 +1,4 @@
-//! Strands on a ray, from their definition in 64 bits.
+//! Strands on a ray, by definition in 64 bits.
 use crate::{
     rays::Ray,
     strand_truth::{Way, meet},
@@ -26,7 +26,7 @@ pub(crate) fn fur(count: u32, length: f32) -> String {
     )
 }
 
-/// Optical depth of what lets nothing through.
+/// Optical depth of an opaque capsule.
 const MOST: f64 = 20.0;
 
 /// A capsule on a ray.
@@ -43,7 +43,7 @@ impl Capsule {
     }
 }
 
-/// Capsules on a ray of a sun. `texel`: its width [m].
+/// Capsules on a sun's ray. `texel`: its width [m].
 pub(crate) fn met(scene: &Scene, ray: &Ray, texel: f64) -> Vec<Capsule> {
     let least = FRAC_1_SQRT_2 * texel;
     let is_near = |strand: &&Strand| {

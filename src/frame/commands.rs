@@ -88,8 +88,8 @@ impl Commands {
         Self::default()
     }
 
-    /// Adds a compute pass. One without dispatches is recorded too, so that each frame has a time for it. Neighbours are
-    /// recorded as one where nothing is timed.
+    /// Adds a compute pass. A pass without dispatches is recorded too, so that each frame has a time for it.
+    /// Neighbouring passes are recorded as one where nothing is timed.
     pub fn pass(&mut self, label: &'static str, dispatches: impl IntoIterator<Item = Dispatch>) {
         let dispatches = dispatches.into_iter().collect();
         self.0.push(Command::Pass { label, dispatches });
@@ -140,7 +140,7 @@ impl Commands {
         self.0.extend(other.0);
     }
 
-    /// Compute passes of a recording that is not timed.
+    /// Compute passes of an untimed recording.
     pub fn pass_count(&self) -> usize {
         let begins = |i: usize| {
             self.0[i].dispatches().is_some() && (i == 0 || self.0[i - 1].dispatches().is_none())
@@ -172,8 +172,8 @@ impl Commands {
     /// Records all commands. Makes nothing on the device.
     ///
     /// # Panics
-    /// If a kernel is not compiled and the device refuses it, which [`Kernels::finish`](super::Kernels::finish)
-    /// would have returned as an error.
+    /// If a kernel is not compiled and the device refuses it, which
+    /// [`Kernels::finish`](super::Kernels::finish) would have returned as an error.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         let (mut step, mut commands) = (None, &self.0[..]);
         while let Some(command) = commands.first() {
@@ -187,8 +187,8 @@ impl Commands {
                 continue;
             }
             if let Command::Pass { label, .. } = command {
-                // Each dispatch sees the writes of those before, in one pass as in several. A pass costs wgpu more
-                // than a dispatch, and has a time of its own.
+                // Each dispatch sees the writes of those before, in one pass as in several. A pass costs wgpu
+                // more than a dispatch, and has a time of its own.
                 let neighbours = commands.iter().map_while(Command::dispatches);
                 let count = if timeline.is_timed() { 1 } else { neighbours.clone().count() };
                 let mut pass = timeline.pass(encoder, label);

@@ -21,7 +21,7 @@ impl From<[u32; 3]> for Work {
 }
 
 impl Work {
-    /// The workgroups that `counts` has at `offset` \[bytes\] when the frame runs.
+    /// The workgroups that `counts` holds at `offset` \[bytes\] when the frame runs.
     pub fn indirect(counts: &wgpu::Buffer, offset: u64) -> Self {
         Self::Indirect(counts.clone(), offset)
     }
@@ -34,8 +34,8 @@ pub struct Bound {
     resources: Vec<(&'static str, Resource)>,
 }
 
-/// A bind group of the host, group 1, that it may replace between frames; then the one before, since hosts alternate
-/// between two. A clone is the same.
+/// A bind group of the host, group 1, which it may replace between frames. The former one is kept, since
+/// hosts alternate between two. A clone is the same.
 #[derive(Clone, Debug)]
 pub struct HostBindings(Arc<Mutex<[wgpu::BindGroup; 2]>>);
 
@@ -73,7 +73,7 @@ pub struct Dispatch {
 }
 
 impl Dispatch {
-    /// `group`: bind group of those of `resources` that the kernel declares.
+    /// `group`: bind group of the resources that the kernel declares, out of `resources`.
     pub fn new(
         kernel: Kernel,
         group: wgpu::BindGroup,
@@ -88,7 +88,7 @@ impl Dispatch {
         Self { kernel, bound, host: None, work: work.into() }
     }
 
-    /// With a bind group of the host for the text that the kernel was linked with.
+    /// The dispatch with a bind group of the host, for the text that the kernel was linked with.
     #[must_use]
     pub fn with_host(self, host: HostBindings) -> Self {
         Self { host: Some(host), ..self }
@@ -119,7 +119,7 @@ impl Dispatch {
 }
 
 impl Bound {
-    /// Resources by the names that the kernel binds them by.
+    /// Resources, by the names under which the kernel binds them.
     pub fn resources(&self) -> &[(&'static str, Resource)] {
         &self.resources
     }

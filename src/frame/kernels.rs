@@ -5,20 +5,20 @@ use crate::{
         Allocator, Constant, Kernel, KernelCache, KernelDesc, KernelError, Memory, Resources,
         Shelf, Tier,
     },
-    stage::{features::Features, profile::Profile},
+    stage::{features::Features, tuning::Tuning},
 };
 use std::{
     collections::{HashMap, hash_map::Entry},
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// The kernels of one device, each linked when something first asks for it. A clone has the same kernels.
+/// The kernels of one device, each linked when first requested. A clone has the same kernels.
 #[derive(Clone, Debug)]
 pub struct Kernels {
     device: wgpu::Device,
     tier: Tier,
-    profile: Profile,
-    /// By source: descriptions and features that leave the same code share a pipeline.
+    tuning: Tuning,
+    /// By source: descriptions and features with the same code share a pipeline.
     cache: KernelCache,
     linked: Arc<Mutex<HashMap<(&'static str, Features), Kernel>>>,
     /// Objects of the last frame.
@@ -27,17 +27,17 @@ pub struct Kernels {
 
 impl Kernels {
     /// `cache`: kernels of other renderers on the device.
-    pub fn new(device: &wgpu::Device, tier: Tier, profile: Profile, cache: KernelCache) -> Self {
-        Self { device: device.clone(), tier, profile, cache, linked: Arc::default(), shelf: None }
+    pub fn new(device: &wgpu::Device, tier: Tier, tuning: Tuning, cache: KernelCache) -> Self {
+        Self { device: device.clone(), tier, tuning, cache, linked: Arc::default(), shelf: None }
     }
 
-    /// The same kernels, whose dispatches take over the bind groups of the last frame.
+    /// The same kernels, with dispatches that take over the last frame's bind groups.
     #[must_use]
     pub fn with_shelf(&self, shelf: &Shelf) -> Self {
         Self { shelf: Some(shelf.clone()), ..self.clone() }
     }
 
-    /// Objects of the last frame, if it takes them over.
+    /// Objects of the last frame, if the kernels take them over.
     pub fn shelf(&self) -> Option<&Shelf> {
         self.shelf.as_ref()
     }
@@ -52,9 +52,9 @@ impl Kernels {
         self.tier
     }
 
-    /// The profile of the adapter.
-    pub fn profile(&self) -> Profile {
-        self.profile
+    /// The tuning of the adapter.
+    pub fn tuning(&self) -> Tuning {
+        self.tuning
     }
 
     /// A kernel, specialised to features: [`Self::finish`] compiles it.
@@ -69,15 +69,15 @@ impl Kernels {
         }
     }
 
-    /// A kernel with values of overrides that no features have.
+    /// A kernel with values for overrides that no features have.
     pub fn with_constants(
         &self,
         desc: &KernelDesc,
         constants: &[Constant],
     ) -> Result<Kernel, KernelError> {
-        let Self { device, tier, profile, cache, .. } = self;
-        let constants = [constants, &profile.constants()].concat();
-        cache.request(device, desc, *tier, &profile.choices(), &constants)
+        let Self { device, tier, tuning, cache, .. } = self;
+        let constants = [constants, &tuning.constants()].concat();
+        cache.request(device, desc, *tier, &tuning.choices(), &constants)
     }
 
     /// A dispatch of a kernel with the resources that it declares.
@@ -117,7 +117,8 @@ impl Kernels {
             .filled(label, data, usage)
     }
 
-    /// A texture whose contents are undefined, for users of a frame one after another, and whether this is the first of them.
+    /// A texture whose contents are undefined, for users of a frame one after another, and whether this user
+    /// is the first.
     pub(super) fn shared_texture(
         &self,
         desc: &wgpu::TextureDescriptor<'static>,
@@ -126,15 +127,15 @@ impl Kernels {
         self.shelf().map_or_else(made, |shelf| shelf.shared_texture(&self.device, desc))
     }
 
-    /// Tunes kernels that are asked for from now on to another profile.
-    pub fn follow(&mut self, profile: Profile) {
-        if profile != self.profile {
-            self.profile = profile;
+    /// Tunes kernels that are requested from now on to another profile.
+    pub fn follow(&mut self, tuning: Tuning) {
+        if tuning != self.tuning {
+            self.tuning = tuning;
             self.linked = Arc::default();
         }
     }
 
-    /// Compiles all kernels that were asked for.
+    /// Compiles all requested kernels.
     pub fn finish(&self) -> Result<(), KernelError> {
         self.cache.finish()
     }

@@ -1,8 +1,8 @@
 //! A frame as data: `prepare` makes a list of [`Command`]s, [`Commands::record`] records it.
 //!
-//! A stage asks [`Kernels`] for a [`Dispatch`] of one of the descriptions in [`stage`](crate::stage), with the
-//! features of the frame and resources by name, and adds a pass of them to the list. Nothing is bound, chosen
-//! or allocated while recording.
+//! A stage requests from [`Kernels`] a [`Dispatch`] of one of the descriptions in [`stage`](crate::stage),
+//! with the features of the frame and resources by name, and adds a pass of them to the list. Nothing is
+//! bound, chosen or allocated while recording.
 mod commands;
 mod dispatch;
 mod kernels;

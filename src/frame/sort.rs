@@ -14,13 +14,13 @@ use wgpu::{Buffer, BufferUsages, TextureFormat::R32Uint, TextureView};
 /// Source of the number of pairs.
 #[derive(Clone, Copy, Debug)]
 pub enum SortCount<'a> {
-    /// This many.
+    /// A number known on the CPU.
     Known(u32),
     /// Element `index` of a storage buffer of `u32`. A count past `capacity` is taken as `capacity`.
     FromBuffer {
         /// The buffer.
         counts: &'a Buffer,
-        /// Element of it.
+        /// Index of the element.
         index: u32,
         /// Most pairs.
         capacity: u32,
@@ -37,15 +37,16 @@ pub struct Sort {
 }
 
 impl Sort {
-    /// Sorts `pairs[0]` by the `bits` of the keys. The textures have [`PAIR_FORMAT`](crate::stage::sort::PAIR_FORMAT)
-    /// and [`pair_texture_size`](crate::stage::sort::pair_texture_size); both are overwritten.
+    /// Sorts `pairs[0]` by the `bits` of the keys. The textures have
+    /// [`PAIR_FORMAT`](crate::stage::sort::PAIR_FORMAT) and
+    /// [`pair_texture_size`](crate::stage::sort::pair_texture_size); both are overwritten.
     pub fn new(
         kernels_of: &Kernels,
         pairs: [&TextureView; 2],
         count: SortCount<'_>,
         bits: Range<u32>,
     ) -> Result<Self, Error> {
-        let (device, shape) = (kernels_of.device(), kernels_of.profile().shape);
+        let (device, partition) = (kernels_of.device(), kernels_of.tuning().partition);
         let (counts, count_index, capacity) = match count {
             SortCount::Known(count) => {
                 (kernels_of.filled("counts", &[count], BufferUsages::STORAGE), 0, count)
@@ -55,8 +56,8 @@ impl Sort {
         let limit = pair_limit(device);
         let remedy = "lower the pair budget or the number of casters";
         Error::check_limit("pairs to sort", limit.into(), capacity.into(), remedy)?;
-        let partitions = shape.partition_limit(capacity);
-        // Few sizes, so that frames of about as much find each other's.
+        let partitions = partition.partition_limit(capacity);
+        // Few sizes, so that frames with similar numbers share textures.
         let [width, height] = histogram_size(partitions.next_power_of_two());
         let (histograms, is_first) = kernels_of.shared_texture(&wgpu::TextureDescriptor {
             label: Some("histograms"),
@@ -68,8 +69,8 @@ impl Sort {
             usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        let digit_bits = shape.digit_bits(capacity, bits.clone());
-        let (count, scan, scatter) = kernels(shape, digit_bits, partitions);
+        let digit_bits = partition.digit_bits(capacity, bits.clone());
+        let (count, scan, scatter) = kernels(partition, digit_bits, partitions);
         let (mut dispatches, mut digit_passes) = (Vec::new(), 0);
         for (at, digit) in digits(bits, digit_bits).enumerate().filter(|_| partitions > 0) {
             let digit_count = 1 << digit.len();
@@ -82,7 +83,7 @@ impl Sort {
                 .with("pairs", pairs[at % 2])
                 .with("sorted_pairs", pairs[1 - at % 2]);
             let [by_partition, by_digit] =
-                [partitions, digit_count].map(|n| [n.div_ceil(shape.lanes()), 1, 1]);
+                [partitions, digit_count].map(|n| [n.div_ceil(partition.lanes()), 1, 1]);
             let scan = scan.map(|scan| (scan, by_digit));
             let last = Some((scatter, by_partition));
             for (desc, groups) in std::iter::once((count, by_partition)).chain(scan).chain(last) {
@@ -94,12 +95,12 @@ impl Sort {
         Ok(Self { dispatches, digit_passes, scratch_size })
     }
 
-    /// Which of the two pair textures holds the sorted pairs.
+    /// Index of the pair texture that holds the sorted pairs.
     pub fn result(&self) -> usize {
         self.digit_passes % 2
     }
 
-    /// Size of the histograms, 0 if an earlier sort of the frame has them \[bytes\].
+    /// Size of the histograms \[bytes\]; 0 if an earlier sort of the frame has them.
     pub fn scratch_size(&self) -> u64 {
         self.scratch_size
     }

@@ -43,8 +43,8 @@ fn uses(dispatch: &Dispatch) -> Vec<(Resource, bool)> {
 }
 
 impl Commands {
-    /// Dispatches and copies that wait for what is before them: they use what that writes, or write what it uses. A
-    /// device runs the others beside it. Resources of a host's own group are not looked at.
+    /// Dispatches and copies that wait for what is before them: they use what that writes, or write what it
+    /// uses. A device runs the others beside it. Resources of a host's own group are not looked at.
     pub fn wait_count(&self) -> usize {
         let (mut together, mut waits) = (Together::default(), 0);
         for command in self.iter() {

@@ -21,21 +21,21 @@ pub enum Backend {
     Cpu,
 }
 
-/// Wanted adapter, and the highest tier allowed.
+/// The wanted adapter, and the highest tier allowed.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Interface of the adapter.
     pub backend: Backend,
     /// Part of the adapter's name; case does not matter.
     pub adapter: Option<String>,
-    /// Otherwise that of the environment variable `GOBO_TIER`, otherwise the best.
+    /// Highest tier; otherwise the environment variable `GOBO_TIER` decides, otherwise the adapter's best.
     pub tier: Option<Tier>,
 }
 
 /// Features of the kernels for software adapters that prefetch: they read storage textures that they write.
 pub const FETCH_FEATURES: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
 
-/// Features that only measure: timers, and blending that the bench compares maps with.
+/// Features for measurements only: timers, and the blending that the bench compares maps with.
 const BENCH_FEATURES: Features = Features::TIMESTAMP_QUERY
     .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
     .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES)
@@ -44,7 +44,7 @@ const BENCH_FEATURES: Features = Features::TIMESTAMP_QUERY
 /// A tier, the reason for it, and the features and limits to request for it.
 #[derive(Clone, Debug)]
 pub struct TierChoice {
-    /// The highest tier that the adapter has, or the one that was asked for.
+    /// The highest tier of the adapter, or the requested one.
     pub tier: Tier,
     /// `native: TEXTURE_ATOMIC, SUBGROUP` or `subgroups: the adapter lacks ...`
     pub reason: String,
@@ -80,7 +80,7 @@ impl TierChoice {
     }
 }
 
-/// The highest tier allowed, and who says so.
+/// The highest tier allowed, and the source of that limit.
 fn highest(selection: &Selection) -> (Tier, &'static str) {
     if let Some(tier) = selection.tier {
         return (tier, "as asked for");
@@ -95,7 +95,7 @@ fn highest(selection: &Selection) -> (Tier, &'static str) {
     (known.copied().unwrap_or(Tier::Native), "GOBO_TIER asks for it")
 }
 
-/// What an adapter lacks for the best tier.
+/// Features and limits that an adapter lacks for the best tier.
 fn lacking(features: Features, limits: &Limits, lanes: u32) -> String {
     let need = Tier::Native.storage_textures();
     let has_few = limits.max_storage_textures_per_shader_stage < need;
@@ -122,7 +122,7 @@ fn names(features: Features) -> String {
     features.iter_names().map(|(name, _)| name).collect::<Vec<_>>().join(", ")
 }
 
-/// WebGPU's limits, with those that limit sizes or workgroups raised to the adapter's.
+/// WebGPU's limits, with those on sizes and workgroups raised to the adapter's.
 fn raised(adapter: &Limits) -> Limits {
     let mut limits = Limits::default();
     macro_rules! raise {

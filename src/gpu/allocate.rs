@@ -29,7 +29,7 @@ impl Memory {
     }
 }
 
-/// What an earlier frame had if it `suffices` and nothing else holds it, or else a new one.
+/// An earlier frame's object if it `suffices` and nothing else holds it, or else a new one.
 pub fn reused<T, E>(
     former: &mut Option<Arc<T>>,
     suffices: impl Fn(&T) -> bool,
@@ -46,14 +46,14 @@ pub fn reused<T, E>(
 pub struct Allocator<'a> {
     /// The device.
     pub device: &'a wgpu::Device,
-    /// What was allocated, by name.
+    /// Allocated bytes, by name.
     pub memory: &'a mut Memory,
-    /// Objects of the last frame, for what only lasts a frame.
+    /// Objects of the last frame, for objects that last one frame.
     pub shelf: Option<&'a Shelf>,
 }
 
 impl<'a> Allocator<'a> {
-    /// Allocates what lasts.
+    /// An allocator for objects that last longer than a frame.
     pub fn new(device: &'a wgpu::Device, memory: &'a mut Memory) -> Self {
         Self { device, memory, shelf: None }
     }
@@ -171,7 +171,7 @@ impl<'a> Allocator<'a> {
         }))
     }
 
-    /// As [`Self::texture`], with `levels` of ever half the size.
+    /// As [`Self::texture`], with `levels`, each half the size of the one before.
     pub fn texture_with_levels(
         &mut self,
         name: &'static str,
@@ -213,7 +213,7 @@ fn check(limit: &'static str, have: u64, need: u64) -> Result<(), Error> {
     Error::check_limit(limit, have, need, remedy)
 }
 
-/// Writes `bytes` from the first texel on; the last row that they begin is padded with zeros.
+/// Writes `bytes` from the first texel on, and pads their last row with zeros.
 pub fn write_records(queue: &wgpu::Queue, texture: &wgpu::Texture, mut bytes: Vec<u8>) {
     let texel = texture.format().block_copy_size(None).unwrap_or(4);
     let row = ROW * texel;
@@ -227,7 +227,7 @@ pub fn write_records(queue: &wgpu::Queue, texture: &wgpu::Texture, mut bytes: Ve
     );
 }
 
-/// View of the whole texture, as kernels bind it.
+/// View of the whole texture, in the form that kernels bind.
 pub fn view(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

@@ -19,8 +19,8 @@ use std::{
     thread,
 };
 
-/// Kernels by device and source. A clone shares them: several renderers on one device compile
-/// each kernel once.
+/// Kernels by device and source. A clone shares them: several renderers on one device compile each kernel
+/// once.
 #[derive(Clone, Debug, Default)]
 pub struct KernelCache(Arc<Mutex<CacheState>>);
 
@@ -30,12 +30,12 @@ struct CacheState {
     /// Kernels that are not compiled yet.
     pending: Vec<Kernel>,
     driver: Option<wgpu::PipelineCache>,
-    /// To the thread of [`KernelCache::made_meanwhile`].
+    /// Channel to the thread of [`KernelCache::made_meanwhile`].
     #[cfg(not(target_arch = "wasm32"))]
     maker: Option<mpsc::Sender<Kernel>>,
 }
 
-/// Ends the thread of [`KernelCache::made_meanwhile`] after its last kernel, on a panic as well.
+/// Ends the thread of [`KernelCache::made_meanwhile`] after its last kernel, even on a panic.
 #[cfg(not(target_arch = "wasm32"))]
 struct Dismissed<'a>(&'a KernelCache);
 
@@ -83,8 +83,7 @@ impl KernelCache {
         kernel.make().map(|()| kernel)
     }
 
-    /// A kernel that can be bound at once, and is compiled by `finish` or by running
-    /// [`Self::pending`].
+    /// A kernel that can be bound at once; `finish` compiles it, or a job of [`Self::pending`].
     pub(crate) fn request(
         &self,
         device: &wgpu::Device,
@@ -103,7 +102,7 @@ impl KernelCache {
                 state.pending.push(kernel.clone());
                 #[cfg(not(target_arch = "wasm32"))]
                 if let Some(maker) = &state.maker {
-                    // One that ended leaves it to `finish`.
+                    // A thread that has ended leaves it to `finish`.
                     let _ = maker.send(kernel.clone());
                 }
                 Ok(place.insert(kernel).clone())
@@ -111,7 +110,7 @@ impl KernelCache {
         }
     }
 
-    /// Kernels that are not compiled yet. One that the device refused stays, so that each `finish`
+    /// Kernels that are not compiled yet. A kernel that the device refused stays, so that each `finish`
     /// reports it.
     pub fn pending(&self) -> Vec<KernelJob> {
         let mut state = self.state();
@@ -130,7 +129,8 @@ impl KernelCache {
         self.state().driver = Some(cache.clone());
     }
 
-    /// Compiles kernels on a thread as they are requested while `act` runs. The next `finish` returns their errors.
+    /// Compiles kernels on a thread as they are requested, while `act` runs. The next `finish` returns their
+    /// errors.
     pub fn made_meanwhile<T>(&self, act: impl FnOnce() -> T) -> T {
         #[cfg(not(target_arch = "wasm32"))]
         return thread::scope(|scope| {

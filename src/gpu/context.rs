@@ -18,7 +18,7 @@ pub struct Gpu {
     pub tier: Tier,
     /// Reason for the tier: `native: TEXTURE_ATOMIC, SUBGROUP`.
     pub tier_reason: String,
-    /// First error that occurred outside a call that could return it; later ones follow from it.
+    /// First error outside a call that could return it; later ones follow from it.
     pub(super) failure: Arc<Mutex<Option<Error>>>,
 }
 
@@ -35,7 +35,7 @@ impl Gpu {
     }
 }
 
-/// An adapter and what it lacks, in the format of [`Error::Unusable`].
+/// An adapter and its lack, in the format of [`Error::Unusable`].
 pub fn unusable_adapter(info: &wgpu::AdapterInfo, lack: &Error) -> String {
     format!("{} ({}): {lack}", info.name, info.backend)
 }

@@ -11,7 +11,7 @@ use std::{
     hash::{DefaultHasher, Hash, Hasher},
 };
 
-/// A module as wgpu takes it.
+/// A module in the form that wgpu takes.
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) fn shader_source(module: &Module) -> wgpu::ShaderSource<'static> {
     wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module.clone()))
@@ -26,22 +26,22 @@ pub struct KernelDesc {
     pub entry: &'static str,
     /// File of `wgsl/` with the entry point.
     pub root: &'static str,
-    /// Files that the imports from `choice::` stand for.
+    /// Files for the imports from `choice::`.
     pub with: &'static [Choice],
-    /// The same of all kernels of its kind, which need not import each; `with` comes first.
+    /// Files shared by all kernels of its kind, which need not import each; `with` comes first.
     pub shared: &'static [Choice],
-    /// Overrides with defaults different from the WGSL's; [`Kernel::new`](super::Kernel::new) may replace them.
+    /// Overrides with defaults other than the WGSL's; [`Kernel::new`](super::Kernel::new) may replace them.
     pub constants: &'static [Constant],
-    /// The files that it is linked from.
+    /// Library from which it is linked.
     pub library: fn() -> Result<&'static Library, LinkError>,
-    /// Tiers with a source of their own; those between have the source of the tier below.
+    /// Tiers with a source of their own; a tier between has the source of the one below.
     pub tiers: &'static [Tier],
 }
 
-/// The file of `wgsl/` that an import from `choice::` stands for.
+/// The file of `wgsl/` for an import from `choice::`.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
-    /// Name behind `choice::`.
+    /// Name after `choice::`.
     pub name: &'static str,
     /// Files by tier, core first.
     pub files: [&'static str; Tier::ALL.len()],
@@ -71,7 +71,7 @@ impl Choice {
 }
 
 impl KernelDesc {
-    /// A kernel of one source for all tiers, whose entry point has its name.
+    /// A kernel with one source for all tiers, whose entry point has its name.
     pub const fn new(name: &'static str, root: &'static str) -> Self {
         let (with, shared, constants): (&[_], &[_], &[_]) = (&[], &[], &[]);
         let library = Library::embedded;
@@ -83,7 +83,7 @@ impl KernelDesc {
         self.with.iter().chain(self.shared)
     }
 
-    /// The whole source on a tier. A kernel that has no variant for it has the source of the tier below.
+    /// The whole source for a tier. Without a variant for the tier, it is the source of the tier below.
     pub fn link(&self, tier: Tier) -> Result<Linked, KernelError> {
         self.link_with(tier, &[])
     }
@@ -98,7 +98,7 @@ impl KernelDesc {
         Ok((self.library)()?.link(self.root, self.entry, &choices)?)
     }
 
-    /// The kernel with these values of its overrides, or else those of the description.
+    /// The kernel with these values of its overrides, or else the description's.
     pub fn specialised(
         &self,
         tier: Tier,
@@ -115,7 +115,7 @@ impl KernelDesc {
     }
 }
 
-/// Hash of a text in pieces, whose ends count.
+/// Hash of a text in pieces, whose boundaries count.
 struct Hashed(DefaultHasher);
 
 impl fmt::Write for Hashed {
@@ -125,17 +125,17 @@ impl fmt::Write for Hashed {
     }
 }
 
-/// A kernel with values of its overrides.
+/// A kernel with values for its overrides.
 #[derive(Debug)]
 pub struct Specialised {
     /// The source with its overrides.
     pub linked: Linked,
-    /// Source with constants in place of overrides, and the lines of `linked`.
+    /// Source with constants in place of overrides, with the lines of `linked`.
     pub wgsl: String,
-    /// `wgsl` without what the constants leave unreached. `None` in browsers, whose `wgsl` that is, and if it is no WGSL,
-    /// which a device reports.
+    /// `wgsl` without the code that the constants make unreachable. `None` in browsers, where `wgsl` itself
+    /// is without it, and for invalid WGSL, which a device reports.
     pub module: Option<Module>,
-    /// What the kernel reads and writes.
+    /// Resources that the kernel reads and writes.
     pub bindings: Vec<Binding>,
 }
 
@@ -166,7 +166,7 @@ impl Specialised {
         Ok(Self { linked, wgsl, module, bindings })
     }
 
-    /// What a kernel binds is counted against limits, and is not there for what it never reaches.
+    /// Bindings count against limits, and are left out where the kernel never reaches them.
     #[cfg(target_arch = "wasm32")]
     fn new(linked: Linked, wgsl: String, _: Tier, _: Option<&str>) -> Result<Self, KernelError> {
         let mut bindings = linked.bindings()?;
@@ -182,7 +182,7 @@ impl Specialised {
         Ok(Self { linked, wgsl, module: None, bindings })
     }
 
-    /// A number that kernels of the same code share, and others do not.
+    /// A number that kernels with the same code share, and others do not.
     pub(super) fn fingerprint(&self) -> u64 {
         let mut hashed = Hashed(DefaultHasher::new());
         let _ = match &self.module {

@@ -1,4 +1,4 @@
-//! Errors of the library, except those of scene files (those are `gobo_scene::SceneError`).
+//! Errors of the library, except those of scene files (`gobo_scene::SceneError`).
 use crate::{
     gpu::{Missing, Tier},
     model::{InvalidClip, InvalidLight},
@@ -11,12 +11,12 @@ pub enum Error {
     /// No adapter, or none of the wanted name.
     #[error("no usable GPU adapter{}{}: {}", named(.wanted), listed(.found), remedy(.found))]
     Adapter {
-        /// Part of the name that was asked for.
+        /// Requested part of the name.
         wanted: Option<String>,
-        /// Names of the adapters that there are.
+        /// Names of the available adapters.
         found: Vec<String>,
     },
-    /// Adapters, each with what it lacks.
+    /// Adapters, each with its lack.
     #[error("no usable GPU adapter: {}; {}", .0.join("; "), remedy(&[]))]
     Unusable(Vec<String>),
     /// Feature that an adapter lacks for the kernels.
@@ -30,44 +30,44 @@ pub enum Error {
         /// wgpu's error.
         source: wgpu::RequestDeviceError,
     },
-    /// More than a limit of the device, or of the library, allows.
+    /// A requirement exceeds a limit of the device or the library.
     #[error("the device limit {limit} is {have}, but {need} is needed; {remedy}")]
     Limit {
         /// Name of the limit: wgpu's if it is the device's.
         limit: &'static str,
         /// The limit.
         have: u64,
-        /// What exceeds it.
+        /// The required value.
         need: u64,
-        /// What to do.
+        /// Remedy, for a reader.
         remedy: &'static str,
     },
     /// A device that was opened without required features or limits.
     #[error("the device cannot run the {tier} tier: {}; open it with `ShadowSettings::features` and \
              `ShadowSettings::limits`", joined(.missing))]
     Unsupported {
-        /// Tier that it was to run.
+        /// Tier that was to run on it.
         tier: Tier,
-        /// Everything that it lacks.
+        /// All that it lacks.
         missing: Vec<Missing>,
     },
-    /// A light does not keep the contract of its fields.
+    /// A light breaks the contract of its fields.
     #[error(transparent)]
     Light(#[from] InvalidLight),
-    /// A matrix is no shadow camera's.
+    /// A matrix is not a shadow camera's.
     #[error(transparent)]
     Clip(#[from] InvalidClip),
     /// A kernel cannot be compiled or bound.
     #[error(transparent)]
     Kernel(#[from] crate::gpu::KernelError),
-    /// Another input does not keep the contract of its fields.
+    /// Another input breaks the contract of its fields.
     #[error("{what} {index} cannot be used: {problem}")]
     Invalid {
         /// Kind of the input.
         what: Input,
-        /// Index among those of its kind; 0 of a single one.
+        /// Index among the inputs of its kind; 0 for a single one.
         index: usize,
-        /// Why, for a reader.
+        /// Reason, for a reader.
         problem: &'static str,
     },
     /// [`Prepared`](crate::Prepared) maps that a later `prepare` has taken over.
@@ -82,10 +82,13 @@ pub enum Error {
     /// The device is lost.
     #[error("the device stopped answering: {0}")]
     Lost(String),
+    /// The host ended long work before it was done.
+    #[error("stopped before it was done")]
+    Stopped,
 }
 
 impl Error {
-    /// An error if more is needed than a limit allows.
+    /// An error if the needed value exceeds a limit.
     pub fn check_limit(
         limit: &'static str,
         have: u64,

@@ -10,9 +10,9 @@ use std::collections::HashSet;
 use wgpu::ShaderStages;
 
 impl Linked {
-    /// The source for the host's shader: `prefix` goes before every name that could collide with the
-    /// host's, and resources are bound in `group`. Overrides become constants: the values of `constants`,
-    /// or else their defaults.
+    /// The source for the host's shader: `prefix` goes before every name that could collide with the host's,
+    /// and resources are bound in `group`. Overrides become constants: the values in `constants`, or else
+    /// their defaults.
     pub fn host_part(&self, group: u32, prefix: &str, constants: &[Constant]) -> String {
         self.prefixed(group, prefix, constants, &[])
     }
@@ -43,8 +43,8 @@ impl Linked {
     }
 }
 
-/// A bind group of `bindings` for [`Linked::host_part`], visible to all stages that may read it, and its layout, where
-/// the last frame may have bound the same.
+/// A bind group of `bindings` for [`Linked::host_part`], visible to all stages that may read it, and its
+/// layout; both may be the last frame's.
 pub fn bind_host_part(
     device: &wgpu::Device,
     shelf: Option<&Shelf>,

@@ -16,19 +16,19 @@ pub enum KernelError {
         /// The device's message, with file and line.
         message: String,
     },
-    /// A kernel of one device, used on another.
+    /// A kernel of one device is used on another.
     #[error("the kernel {kernel} was made for another device: make it on this one")]
     OtherDevice {
         /// Label of the kernel.
         kernel: &'static str,
     },
-    /// A host's layout of another device.
+    /// A host's layout belongs to another device.
     #[error("the kernel {kernel} was given a bind group layout of another device")]
     OtherLayout {
         /// Label of the kernel.
         kernel: &'static str,
     },
-    /// A resource that a kernel declares was not given.
+    /// A resource that a kernel declares is missing.
     #[error("the kernel {kernel} needs {resource}, which was not given")]
     Missing {
         /// Label of the kernel.
@@ -36,7 +36,7 @@ pub enum KernelError {
         /// Name that the kernel declares.
         resource: &'static str,
     },
-    /// A resource of another type than the kernel declares.
+    /// A resource has another type than the kernel declares.
     #[error("the kernel {kernel} binds {resource} as {wanted}, which {given} is not")]
     Mistyped {
         /// Label of the kernel.

@@ -1,6 +1,6 @@
 //! Linker of kernels: collects an entry point and all declarations that it uses from the files of `wgsl/`.
 //!
-//! A file says where each foreign name comes from:
+//! A file names the source of each foreign name:
 //!
 //! ```text
 //! import package::records::tile::{Tile, tile_of};   wgsl/records/tile.wgsl
@@ -8,9 +8,9 @@
 //! import choice::root::open_rest;                   the file of the kernel's entry point
 //! ```
 //!
-//! (The spelling is WESL's, in which `choice` were a package of its own.) Names stay unchanged and
-//! declarations may come in any order, so that a kernel is the declarations it needs, one after another,
-//! each once. Unused declarations are left out: a resource that is not used is not bound.
+//! (The spelling is WESL's, where `choice` would be a package of its own.) Names stay unchanged and
+//! declarations may come in any order, so a kernel is the declarations that it needs, one after another, each
+//! once. Unused declarations are left out: a resource that is not used is not bound.
 #[cfg(not(target_arch = "wasm32"))]
 mod loaded;
 mod parse;
@@ -39,14 +39,14 @@ pub type Constant = (&'static str, f64);
 /// Choice whose file declares sampled textures as storage textures.
 pub const SAMPLED: &str = "sampled";
 
-/// Choice of kernels whose marked loops are all written out; its file marks them.
+/// Choice of kernels whose marked loops are all unrolled; its file marks them.
 pub const UNROLLED: &str = "unrolled";
 
-/// Most turns of marked loops that are written out in every kernel: a column's texels, a triangle's edges. On an H100
-/// one index that is no constant made a walk take nearly twice as long.
+/// Most turns of marked loops that are unrolled in every kernel: a column's texels, a triangle's edges. On an
+/// H100, one index that was not constant made a walk take nearly twice as long.
 pub const FEW_TURNS: u32 = 4;
 
-/// Module name of imports that a text of the host declares.
+/// Module name for imports that a text of the host declares.
 pub(super) const HOST_TEXT: &str = "";
 
 /// Error of linking a kernel.
@@ -57,7 +57,7 @@ pub struct LinkError {
     pub file: &'static str,
     /// Line, counted from 1.
     pub line: usize,
-    /// What is wrong.
+    /// The fault.
     pub reason: String,
 }
 
@@ -105,10 +105,10 @@ impl Library {
         Self(HashMap::new()).with(sources)
     }
 
-    /// These files and further ones, of another crate.
+    /// These files and those of another crate.
     ///
     /// # Errors
-    /// A file that cannot be read, or whose path is there.
+    /// A file that cannot be read, or whose path exists already.
     pub fn with(&self, sources: &[SourceFile]) -> Result<Self, LinkError> {
         let mut all = self.clone();
         for &(path, text) in sources {
@@ -217,7 +217,7 @@ impl Library {
 }
 
 impl Item {
-    /// The comment before an override, and its declaration as a constant: `NAME: u32 = 8u;`. None if it has
+    /// The comment before an override, and its declaration as a constant: `NAME: u32 = 8u;`. `None` if it has
     /// no value.
     pub(super) fn constant(&self, constants: &[Constant]) -> Option<(&'static str, String)> {
         let name = self.name;
@@ -247,7 +247,7 @@ impl Linked {
         Self { wgsl, items, lines }
     }
 
-    /// The source with constants in place of overrides: the values of `constants`, or else their defaults.
+    /// The source with constants in place of overrides: the values in `constants`, or else their defaults.
     /// Lines keep their positions.
     pub(super) fn with_values(&self, constants: &[Constant]) -> String {
         self.items.iter().fold(String::new(), |mut wgsl, item| {
@@ -264,7 +264,7 @@ impl Linked {
         self.items.iter().filter(|item| item.keyword == "override").map(|item| item.name)
     }
 
-    /// The file and line of a line of `wgsl`, counted from 1.
+    /// File and line for a line of `wgsl`, counted from 1.
     pub fn locate(&self, line: usize) -> Option<(&'static str, usize)> {
         let at = self.lines.partition_point(|&first| first <= line).checked_sub(1)?;
         let item = self.items.get(at)?;

@@ -14,7 +14,7 @@ impl Gpu {
         Self::new(&Selection::default())
     }
 
-    /// Opens the first adapter that fits and gives a device.
+    /// Opens the first fitting adapter that gives a device.
     pub fn new(selection: &Selection) -> Result<Self, Error> {
         phase!("device");
         let mut refused = None;
@@ -46,7 +46,7 @@ impl Gpu {
         }))
     }
 
-    /// A device of `adapter`, on the tier that the selection allows.
+    /// A device of `adapter`, on a tier that the selection allows.
     pub fn open(adapter: &wgpu::Adapter, selection: &Selection) -> Result<Self, Error> {
         let info = adapter.get_info();
         let choice = TierChoice::new(selection, adapter);
@@ -106,7 +106,7 @@ pub fn adapters(selection: &Selection) -> Vec<wgpu::Adapter> {
     let mut adapters = match selection.backend {
         Backend::Auto => {
             let mut adapters = found(FIRST_BACKENDS);
-            // Opening GL is slow and noisy without a display, so GL comes only when it is needed.
+            // Opening GL is slow and noisy without a display, so GL is tried only when needed.
             if adapters.iter().all(|adapter| shortcoming(adapter).is_some()) {
                 adapters.extend(found(Backends::GL));
             }
@@ -144,8 +144,8 @@ fn rank(adapter: &wgpu::Adapter) -> (bool, bool, u8) {
     (shortcoming(adapter).is_some(), info.backend == wgpu::Backend::Gl, class)
 }
 
-/// On DX12 wgpu's check of an indirect dispatch also hands its counts to the kernel. Elsewhere it is a dispatch before each
-/// of ours, whose counts come from our own kernels.
+/// On DX12 wgpu's check of an indirect dispatch also hands its counts to the kernel. Elsewhere it is a
+/// dispatch before each of ours, whose counts come from our own kernels.
 fn enumerate(backends: Backends) -> Vec<wgpu::Adapter> {
     let checked = backends & Backends::DX12;
     [

@@ -27,19 +27,19 @@ pub enum BindingKind {
     Uniform,
     /// A storage buffer.
     Storage {
-        /// What the kernel does with it.
+        /// Access of the kernel.
         access: Access,
     },
     /// A storage texture.
     StorageTexture {
-        /// What the kernel does with it.
+        /// Access of the kernel.
         access: Access,
         /// Format of its texels.
         format: TextureFormat,
         /// Dimension of the view.
         dimension: TextureViewDimension,
     },
-    /// Read with `textureLoad`: never filtered, so no sampler.
+    /// A texture read with `textureLoad`: never filtered, so without a sampler.
     Texture {
         /// Kind of its texels.
         sample: TextureSampleType,
@@ -81,7 +81,7 @@ impl Linked {
 }
 
 impl Binding {
-    /// Reads `@group(0) @binding(3) var<storage, read> chunks: array<Chunk>;`. By words, because browsers
+    /// Reads `@group(0) @binding(3) var<storage, read> chunks: array<Chunk>;`, word by word, because browsers
     /// have no reflection.
     pub(super) fn declared(item: &Item) -> Option<Self> {
         let words: Vec<_> = words(item.text).map(|(_, word)| word).collect();
@@ -139,7 +139,7 @@ fn dimension(texture: &str) -> Option<TextureViewDimension> {
     })
 }
 
-/// Format of a name of WGSL, which is that of Rust in lower case.
+/// Format with a WGSL name, which is Rust's in lower case.
 fn format(word: &str) -> Option<TextureFormat> {
     let is_named = |format: &TextureFormat| format!("{format:?}").eq_ignore_ascii_case(word);
     STORAGE_FORMATS.into_iter().find(is_named)
@@ -226,24 +226,24 @@ impl BindingKind {
 pub enum Resource {
     /// A whole buffer.
     Buffer(wgpu::Buffer),
-    /// The whole texture but its smaller mip levels, as an array if the kernel reads one.
+    /// A texture without its smaller mip levels, as an array if the kernel reads one.
     Texture(wgpu::Texture),
     /// A view of a texture.
     View(wgpu::TextureView),
 }
 
 /// A resource in the form that a bind group takes.
-pub(super) enum Bound<'a> {
+pub(super) enum Bindable<'a> {
     Given(wgpu::BindingResource<'a>),
     /// A view of a texture, made for the binding.
     Made(wgpu::TextureView),
 }
 
 impl Resource {
-    pub(super) fn bound(&self, kind: BindingKind) -> Bound<'_> {
+    pub(super) fn bound(&self, kind: BindingKind) -> Bindable<'_> {
         match self {
-            Self::Buffer(buffer) => Bound::Given(buffer.as_entire_binding()),
-            Self::View(view) => Bound::Given(wgpu::BindingResource::TextureView(view)),
+            Self::Buffer(buffer) => Bindable::Given(buffer.as_entire_binding()),
+            Self::View(view) => Bindable::Given(wgpu::BindingResource::TextureView(view)),
             Self::Texture(texture) => {
                 let dimension = kind.dimension();
                 let desc = wgpu::TextureViewDescriptor {
@@ -251,13 +251,13 @@ impl Resource {
                     mip_level_count: Some(1),
                     ..Default::default()
                 };
-                Bound::Made(texture.create_view(&desc))
+                Bindable::Made(texture.create_view(&desc))
             }
         }
     }
 }
 
-impl Bound<'_> {
+impl Bindable<'_> {
     pub(super) fn resource(&self) -> wgpu::BindingResource<'_> {
         match self {
             Self::Given(resource) => resource.clone(),
@@ -320,14 +320,14 @@ impl Resources {
         }
     }
 
-    /// Union of both; for equal names those of `other`.
+    /// Union of both; `other` takes precedence.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         self.0.extend(other.0.iter().map(|(name, resource)| (*name, resource.clone())));
         self
     }
 
-    /// The resource of a name.
+    /// The resource with a name.
     pub fn get(&self, name: &str) -> Option<&Resource> {
         self.0.get(name)
     }

@@ -1,4 +1,5 @@
-//! Error scopes around what is made on a device, which may be a host's: its own handler hears of none of our errors.
+//! Error scopes around objects made on a device, which may be a host's: its own error handler must not hear
+//! of our errors.
 use crate::error::Error;
 use std::{
     pin::pin,
@@ -12,14 +13,14 @@ pub(super) fn guarded<T>(device: &Device, make: impl FnOnce() -> T) -> Result<T,
     error.map_or(Ok(made), Err)
 }
 
-/// Whether a host's texture is the device's and was not destroyed, which nothing but its use shows.
+/// Whether a host's texture is the device's and not destroyed, which only its use shows.
 pub fn has_texture(device: &Device, texture: &wgpu::Texture) -> bool {
     guarded(device, || texture.create_view(&wgpu::TextureViewDescriptor::default())).is_ok()
 }
 
-/// The result of `make`, or [`Error::Memory`] where the device has no memory for what it allocates.
+/// The result of `make`, or [`Error::Memory`] where the device has no memory for its allocations.
 pub fn allocated<T>(device: &Device, make: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-    // What uses an object that there was no memory for is invalid.
+    // Any use of an object without memory is invalid.
     let invalid = || scoped(device, ErrorFilter::Validation, make);
     let ((made, invalid), full) = scoped(device, ErrorFilter::OutOfMemory, invalid);
     let full = full.map(Error::Memory);

@@ -10,9 +10,9 @@ use wgpu::{
     TextureView,
 };
 
-/// What the preparation of a frame makes besides maps and scratch memory. The next frame takes over what has the same
-/// name and size, in the order of its requests: a frame like the one before makes nothing, and writes what differs.
-/// A clone is the same.
+/// Objects that the preparation of a frame makes besides maps and scratch memory. The next frame takes over
+/// those of the same name and size, in the order of its requests: a frame like the one before makes nothing,
+/// and writes only changed contents. A clone is the same shelf.
 #[derive(Clone, Debug)]
 pub struct Shelf {
     queue: wgpu::Queue,
@@ -36,7 +36,7 @@ struct Contents {
     views: HashMap<(Texture, TextureAspect, u32), (TextureView, bool)>,
     layouts: HashMap<&'static str, wgpu::BindGroupLayout>,
     groups: HashMap<(wgpu::BindGroupLayout, Vec<Resource>), (wgpu::BindGroup, bool)>,
-    /// Whether buffers were written elsewhere since they were filled.
+    /// Whether buffers were overwritten elsewhere after they were filled.
     is_overwritten: bool,
 }
 
@@ -47,7 +47,7 @@ struct Filled {
     bytes: Option<Vec<u8>>,
 }
 
-/// Alike objects by their key, and how many of them the current frame has taken.
+/// Equal objects by their key, and the number that the current frame has taken.
 #[derive(Debug)]
 struct Rows<K, V>(HashMap<K, (Vec<V>, usize)>);
 
@@ -67,7 +67,7 @@ impl<K: Eq + Hash, V> Rows<K, V> {
         &mut all[*taken - 1]
     }
 
-    /// The first of its kind, whoever else has it, and whether the frame has it for the first time.
+    /// The first object of its kind, whoever else has it, and whether the frame takes it for the first time.
     fn share(&mut self, key: K, make: impl FnOnce() -> V) -> (&mut V, bool) {
         let is_first = self.0.get(&key).is_none_or(|(_, taken)| *taken == 0);
         if is_first {
@@ -77,7 +77,7 @@ impl<K: Eq + Hash, V> Rows<K, V> {
         (&mut all[0], false)
     }
 
-    /// Drops what the last frame did not take.
+    /// Drops the objects that the last frame did not take.
     fn turn(&mut self) {
         self.0.retain(|_, (all, taken)| {
             all.truncate(std::mem::take(taken));
@@ -143,7 +143,7 @@ impl Shelf {
         filled.buffer.clone()
     }
 
-    /// Says that the host has written any of the buffers.
+    /// States that the host has overwritten some of the buffers.
     pub fn overwritten(&self) {
         self.contents().is_overwritten = true;
     }
@@ -154,7 +154,7 @@ impl Shelf {
         self.contents().textures.take(key, || device.create_texture(desc)).clone()
     }
 
-    /// A texture that all users of a frame share, one after another, and whether this is the first of them.
+    /// A texture that all users of a frame share, one after another, and whether this user is the first.
     pub fn shared_texture(
         &self,
         device: &wgpu::Device,
@@ -181,7 +181,7 @@ impl Shelf {
         view.clone()
     }
 
-    /// A layout by its label.
+    /// A layout, by its label.
     pub(super) fn layout(
         &self,
         label: &'static str,

@@ -1,4 +1,4 @@
-//! Features and limits that a device must be opened with, and those it lacks: none can be added later.
+//! Features and limits that a device must be opened with, and those that it lacks: none can be added later.
 use super::{Tier, adapter::FETCH_FEATURES, tier::MAX_LANES};
 use crate::{
     error::Error,
@@ -30,7 +30,7 @@ pub struct Support {
 pub struct Missing {
     /// The feature, or the limit.
     pub requirement: Requirement,
-    /// Purpose that it is needed for.
+    /// Purpose of the requirement.
     pub needed_for: Need,
 }
 
@@ -57,7 +57,7 @@ pub enum Requirement {
 pub enum Need {
     /// Every kernel.
     Core,
-    /// Maps as large as the settings ask for.
+    /// Maps of the size in the settings.
     Maps,
     /// Tiers with subgroups, which are faster.
     Subgroups,
@@ -70,7 +70,7 @@ pub enum Need {
 }
 
 impl Support {
-    /// Reads the device's features and limits. `adapter`: the one that it was opened on.
+    /// Reads the device's features and limits. `adapter`: the device's.
     pub fn of(device: &Device, adapter: &AdapterInfo, settings: &ShadowSettings) -> Self {
         let mut all = missing(device, Tier::Native);
         let tier = Tier::best(|tier| !all.iter().any(|it| it.hinders(tier)));
@@ -102,7 +102,7 @@ impl Support {
     /// Whether the device can run `tier`.
     ///
     /// # Errors
-    /// If it cannot: with all that it lacks for it.
+    /// If it cannot, with all that it lacks for it.
     pub fn check(&self, tier: Tier) -> Result<(), Error> {
         let missing: Vec<_> = self.missing.iter().filter(|it| it.hinders(tier)).copied().collect();
         if missing.is_empty() { Ok(()) } else { Err(Error::Unsupported { tier, missing }) }
@@ -116,8 +116,8 @@ impl ShadowSettings {
         tier.features()
     }
 
-    /// Limits to open a device with for `tier`, if no map's edge exceeds `largest_map` \[texels\]. Larger
-    /// capacities for casters and pairs are used if a device has them.
+    /// Limits to open a device with for `tier`, if no map's edge exceeds `largest_map` \[texels\]. A device
+    /// with higher limits allows larger capacities for casters and pairs.
     pub fn limits(&self, tier: Tier, largest_map: u32) -> Limits {
         let mut limits = Limits::default();
         let edge = tiles_of(UVec2::splat(largest_map)).max_element().saturating_mul(TILE_SIZE);
@@ -135,7 +135,7 @@ pub(crate) fn check_alive(device: &Device) -> Result<(), Error> {
     let probe = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("probe"),
         size: wgpu::COPY_BUFFER_ALIGNMENT,
-        // Of this usage it is mapped without another buffer beside it.
+        // A buffer of this usage is mapped without another buffer beside it.
         usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: true,
     });
@@ -143,7 +143,7 @@ pub(crate) fn check_alive(device: &Device) -> Result<(), Error> {
     mapped.map_err(|error| Error::Lost(error.to_string()))
 }
 
-/// Features of a device; wgpu 30 does not see those subgroups that one of a browser has.
+/// Features of a device; wgpu 30 does not see the subgroups of a browser's device.
 fn features(device: &Device) -> Features {
     #[cfg(all(target_arch = "wasm32", feature = "webgpu"))]
     if device.as_webgpu().is_some_and(|device| device.features().has("subgroups")) {

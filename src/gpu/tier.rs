@@ -21,9 +21,9 @@ impl Tier {
     /// Every tier, core first.
     pub const ALL: &'static [Self] = &[Self::Core, Self::Subgroups, Self::Native];
 
-    /// Tiers of kernels whose walks differ, and nothing else.
+    /// Tiers of kernels that differ only in their walks.
     pub const BY_SUBGROUPS: &'static [Self] = &[Self::Core, Self::Subgroups];
-    /// Tiers of kernels whose sums differ, and nothing else.
+    /// Tiers of kernels that differ only in their sums.
     pub(crate) const BY_ATOMICS: &'static [Self] = &[Self::Core, Self::Native];
 
     /// The best tier that a device of `adapter` can be opened for.
@@ -56,7 +56,7 @@ impl Tier {
         }
     }
 
-    /// Features that kernels use: a device must have all of them.
+    /// Features that kernels use, all of which a device must have.
     pub const fn features(self) -> Features {
         match self {
             Self::Core => Features::empty(),

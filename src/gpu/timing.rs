@@ -28,7 +28,7 @@ pub struct Timeline {
     untimed: u32,
 }
 
-/// What a time is of: a label, and a kernel where each dispatch is timed.
+/// Subject of a time: a label, and a kernel where each dispatch is timed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Timed {
     label: &'static str,
@@ -64,8 +64,8 @@ enum Timer {
     Host(Box<dyn Profiler>, bool),
 }
 
-/// Whether a device's timestamps tell when work is done. A software adapter takes them when it reads commands, and some
-/// drivers write 0. Blocks for an empty pass.
+/// Whether a device's timestamps mark the end of work. A software adapter takes them when it reads commands,
+/// and some drivers write 0. Blocks for an empty pass.
 pub fn has_timestamps(gpu: &Gpu) -> bool {
     if gpu.adapter.device_type == wgpu::DeviceType::Cpu {
         return false;
@@ -85,7 +85,7 @@ fn are_written(ticks: &[u64]) -> bool {
 /// Prefix of all labels.
 const PREFIX: &str = "gobo ";
 
-/// One submit per stage, timed by the wall clock.
+/// One submission per stage, timed by the wall clock.
 #[derive(Debug)]
 struct Steps {
     device: wgpu::Device,
@@ -114,7 +114,7 @@ impl Steps {
     }
 }
 
-/// Adds a time to the stage of that label, or appends the stage.
+/// Adds a time to the stage `label`, or appends the stage.
 pub fn add_time(times: &mut Vec<(&'static str, f64)>, label: &'static str, ms: f64) {
     let stage = label.strip_prefix(PREFIX).unwrap_or(label);
     match times.iter_mut().find(|(known, _)| *known == stage) {
@@ -185,13 +185,13 @@ impl Timeline {
         self.by_kernel
     }
 
-    /// Passes of the frame that have no time, since it has more than timestamps for.
+    /// Passes of the frame without a time, since it has more passes than timestamps.
     pub fn untimed_passes(&self) -> u32 {
         self.untimed
     }
 
-    /// A timeline for adapters with meaningless timestamps, if frames may wait: it submits and waits
-    /// between the stages, so `record` no longer only records.
+    /// A timeline for adapters with meaningless timestamps, if frames may wait: it submits and waits between
+    /// the stages, so that `record` does more than record.
     pub fn stepped(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let (device, queue) = (device.clone(), queue.clone());
         let steps = Steps { device, queue, times: Vec::new(), open: None };
@@ -212,7 +212,7 @@ impl Timeline {
         }
     }
 
-    /// Assigns what is recorded next, outside a pass, to `label`. Only a stepped timeline uses it.
+    /// Assigns commands recorded next, outside a pass, to `label`. Only a stepped timeline uses it.
     pub fn step(&mut self, encoder: &mut wgpu::CommandEncoder, label: &'static str) {
         self.step_of(encoder, Timed { label, kernel: None });
     }
@@ -233,7 +233,7 @@ impl Timeline {
         }
     }
 
-    /// Begins a compute pass of the stage `label`, with timestamps if it takes them.
+    /// Begins a compute pass of the stage `label`, with timestamps if the timeline takes them.
     pub fn pass<'e>(
         &mut self,
         encoder: &'e mut wgpu::CommandEncoder,
@@ -298,8 +298,8 @@ impl Timeline {
         }
     }
 
-    /// Stages in order of first appearance and their times \[ms\]; none where the driver writes no timestamps. Blocks until
-    /// the frame is done.
+    /// Stages in order of first appearance and their times \[ms\]; none where the driver writes no
+    /// timestamps. Blocks until the frame is done.
     pub fn read(&self, device: &wgpu::Device) -> Vec<(&'static str, f64)> {
         let mut times = Vec::new();
         for (timed, ms) in self.times(device) {
@@ -308,8 +308,8 @@ impl Timeline {
         times
     }
 
-    /// Kernels by stage, in order of first appearance, of a timeline [by kernel](Self::by_kernel). Blocks until the frame is
-    /// done.
+    /// Kernels by stage, in order of first appearance, of a timeline [by kernel](Self::by_kernel). Blocks
+    /// until the frame is done.
     pub fn read_kernels(&self, device: &wgpu::Device) -> Vec<KernelTime> {
         kernel_times(&self.times(device))
     }
@@ -350,7 +350,7 @@ fn times(passes: &[Timed], ticks: &[u64], period: f32) -> Vec<(Timed, f64)> {
     passes.iter().copied().zip(ticks.chunks_exact(2).map(ms)).collect()
 }
 
-/// Sums of the times of kernels by stage, without passes that are of no kernel.
+/// Sums of the times of kernels by stage, without passes that belong to no kernel.
 fn kernel_times(times: &[(Timed, f64)]) -> Vec<KernelTime> {
     let mut sums: Vec<KernelTime> = Vec::new();
     for &(timed, ms) in times {

@@ -3,7 +3,7 @@
 use super::Gpu;
 use crate::error::Error;
 
-/// A buffer with contents. A device without memory for it reports that as it does for every other buffer;
+/// A buffer with contents. A device without memory for it reports that as for every other buffer;
 /// `wgpu::util` would panic.
 pub(crate) fn filled<T: bytemuck::NoUninit>(
     device: &wgpu::Device,
@@ -28,7 +28,7 @@ pub(crate) fn filled<T: bytemuck::NoUninit>(
 }
 
 impl Gpu {
-    /// A buffer of these elements.
+    /// A buffer of `elements`.
     pub fn upload<T: bytemuck::NoUninit>(
         &self,
         label: &str,
@@ -49,7 +49,7 @@ impl Gpu {
         })
     }
 
-    /// A 2d texture that kernels read and write and the CPU fills and reads back.
+    /// A 2D texture that kernels read and write, and that the CPU fills and reads back.
     pub fn texture(
         &self,
         label: &str,
@@ -130,35 +130,47 @@ impl Gpu {
         Ok(texels)
     }
 
-    /// Gives every row of texels in turn, all layers, after all commands submitted before.
+    /// Calls back with every row of texels in turn, all layers, after all commands submitted before.
     pub fn read_rows<T: bytemuck::AnyBitPattern>(
         &self,
         texture: &wgpu::Texture,
         mut take: impl FnMut(&[T]),
     ) -> Result<(), Error> {
-        // A texture may be larger than the largest buffer, and than the memory beside it.
+        // A texture may exceed the largest buffer, and the remaining memory.
         const MOST: u64 = 64 << 20;
         let size = texture.size();
-        let row = size.width * texel_size(texture);
-        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let most = self.device.limits().max_buffer_size.min(MOST);
-        for (origin, part) in parts(size, most / u64::from(padded)) {
-            let rows = u64::from(part.height) * u64::from(part.depth_or_array_layers);
-            let layout = wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(padded),
-                rows_per_image: Some(part.height),
-            };
-            let bytes = self.read_back(rows * u64::from(padded), |encoder, buffer| {
-                let from = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
-                let to = wgpu::TexelCopyBufferInfo { buffer, layout };
-                encoder.copy_texture_to_buffer(from, to, part);
-            })?;
-            for line in bytes.chunks_exact(padded as usize) {
-                take(bytemuck::cast_slice(&line[..row as usize]));
-            }
+        for (origin, part) in parts(size, most / padded_row(texture, size.width)) {
+            self.read_part(texture, origin, part, |rows| rows.iter().for_each(|row| take(row)))?;
         }
         Ok(())
+    }
+
+    /// Gives the rows of texels of a part of a texture, at most as large as a buffer, layer by layer, after
+    /// all commands submitted before.
+    pub fn read_part<T: bytemuck::AnyBitPattern, R>(
+        &self,
+        texture: &wgpu::Texture,
+        origin: wgpu::Origin3d,
+        part: wgpu::Extent3d,
+        take: impl FnOnce(&[&[T]]) -> R,
+    ) -> Result<R, Error> {
+        let row = part.width as usize * texel_size(texture) as usize;
+        let padded = padded_row(texture, part.width);
+        let rows = u64::from(part.height) * u64::from(part.depth_or_array_layers);
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(padded as u32),
+            rows_per_image: Some(part.height),
+        };
+        let bytes = self.read_back(rows * padded, |encoder, buffer| {
+            let from = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
+            let to = wgpu::TexelCopyBufferInfo { buffer, layout };
+            encoder.copy_texture_to_buffer(from, to, part);
+        })?;
+        let lines = bytes.chunks_exact(padded as usize);
+        let rows: Vec<_> = lines.map(|line| bytemuck::cast_slice(&line[..row])).collect();
+        Ok(take(&rows))
     }
 
     fn read_back(
@@ -172,7 +184,7 @@ impl Gpu {
     }
 }
 
-/// A buffer that the CPU reads what is copied to it from.
+/// A buffer for copies that the CPU reads.
 pub(crate) fn staging(device: &wgpu::Device, label: &'static str, size: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
@@ -182,7 +194,7 @@ pub(crate) fn staging(device: &wgpu::Device, label: &'static str, size: u64) -> 
     })
 }
 
-/// What `copy` copies to a buffer of a size \[bytes\], after all commands submitted before. Blocks.
+/// The bytes that `copy` copies to a buffer of a size \[bytes\], after all commands submitted before. Blocks.
 pub(crate) fn read_back(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -201,7 +213,7 @@ pub(crate) fn read_back(
     staging.get_mapped_range(..).map_err(|error| Error::Lost(error.to_string()))
 }
 
-/// Parts of a texture of at most `most` rows, in order: whole layers, or else rows of one layer.
+/// Parts of a texture of at most `most` rows, in order: whole layers, or rows of one layer.
 fn parts(size: wgpu::Extent3d, most: u64) -> Vec<(wgpu::Origin3d, wgpu::Extent3d)> {
     let most = u32::try_from(most.max(1)).unwrap_or(u32::MAX);
     let height = size.height.clamp(1, most);
@@ -216,6 +228,12 @@ fn parts(size: wgpu::Extent3d, most: u64) -> Vec<(wgpu::Origin3d, wgpu::Extent3d
         }
     }
     parts
+}
+
+/// Size of a row of `width` texels in a buffer \[bytes\].
+fn padded_row(texture: &wgpu::Texture, width: u32) -> u64 {
+    u64::from(width * texel_size(texture))
+        .next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into())
 }
 
 /// Size of a texel \[bytes\].

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// The surface that a light's rays leave, of uniform emission. The light at a receiver is the mean over the
-/// points of the surface that the receiver sees. A source of size 0 is the same as none.
+/// points of the surface that the receiver sees. A source of size 0 acts as a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
     /// A sphere around the position of a spot or point light.
@@ -42,7 +42,7 @@ pub const MAX_SUN_ANGLE: f32 = PI / 3.0;
 /// Most parts of a source that have maps of their own.
 pub const MAX_VIEWPOINTS: u32 = 9;
 impl Source {
-    /// Whether it has no size.
+    /// Whether the source has no size.
     pub fn is_point(&self) -> bool {
         match *self {
             Self::Sphere { radius } | Self::Disc { radius, .. } => radius == 0.0,
@@ -51,8 +51,8 @@ impl Source {
         }
     }
 
-    /// Half axes of the disc with the variance of the source: the radius of a disc or sphere, the edges of
-    /// a rectangle divided by the square root of 3 \[m\]; of a sun, the tangent of half its angle.
+    /// Half axes of the disc with the variance of the source: for a disc or sphere its radius, for a
+    /// rectangle its edges divided by the square root of 3 \[m\]; for a sun, the tangent of half its angle.
     pub fn half_axes(&self) -> [Vec3; 2] {
         let (sizes, direction) = match *self {
             Self::Disc { radius, direction } => ([radius; 2], direction),
@@ -68,13 +68,13 @@ impl Source {
         [right * sizes[0], right.cross(along) * sizes[1]]
     }
 
-    /// Whether a direction is y or -y, but for rounding.
+    /// Whether a direction is y or -y up to rounding.
     pub fn is_upright(direction: Vec3) -> bool {
         direction.x.hypot(direction.z) < 1e-5 * direction.length()
     }
 
-    /// Share of the variance of a round source that the middles of its parts have. Those of a sphere overlap, so that thin
-    /// bars before them have no four shadows.
+    /// Share of a round source's variance that the middles of its parts have. The parts of a sphere overlap,
+    /// so that thin bars before them do not cast four shadows.
     fn spread(&self, count: u32) -> f32 {
         let apart = 1.0 - 1.0 / count as f32;
         if matches!(self, Self::Sphere { .. }) { 0.8 * apart } else { apart }
@@ -96,8 +96,9 @@ impl Source {
         }
     }
 
-    /// Middle of one of `count` parts, in [`Self::half_axes`] of the source. Those of a round source are a ring, from six
-    /// parts on around one more: together they have the area and the variance of the whole.
+    /// Middle of one of `count` parts, in units of the source's [`Self::half_axes`]. The parts of a round
+    /// source form a ring, from six parts on around a middle one: together they have the area and the
+    /// variance of the whole.
     pub(super) fn part_middle(&self, count: u32, index: u32) -> Vec2 {
         if let Self::Rect { width, height, .. } = *self {
             let [columns, rows] = grid(width, height, count);
@@ -113,8 +114,9 @@ impl Source {
         if index < inner { Vec2::ZERO } else { Vec2::from_angle(angle) * radius }
     }
 
-    /// Middle of one of `count` parts of a point light's source, from the middle of the whole, world space \[m\]. Those of a
-    /// sphere are the corners of a tetrahedron or a cube: from every side they have its variance.
+    /// Middle of one of `count` parts of a point light's source, from the middle of the whole, world space
+    /// \[m\]. The parts of a sphere form a tetrahedron or a cube: from every side they have the sphere's
+    /// variance.
     pub(super) fn part_place(&self, count: u32, index: u32) -> Vec3 {
         let Self::Sphere { radius } = *self else {
             let [right, up] = self.half_axes();
@@ -127,7 +129,7 @@ impl Source {
         corner * radius * (0.75 * self.spread(count)).sqrt()
     }
 
-    /// A sphere as the disc that a spot's receivers see; others are as they are.
+    /// The disc that a spot's receivers see of a sphere; other sources unchanged.
     pub(super) fn facing(&self, direction: Vec3) -> Self {
         match *self {
             Self::Sphere { radius } => Self::Disc { radius, direction },
@@ -135,7 +137,7 @@ impl Source {
         }
     }
 
-    /// Why a light of this kind and source cannot be cut into `count` parts; `None` if it can.
+    /// Reason why a light of this kind and source cannot be cut into `count` parts; `None` if it can.
     pub fn parts_problem(&self, kind: &LightKind, count: u32) -> Option<&'static str> {
         let is_round = !matches!(self, Self::Rect { .. });
         match (kind, count) {
@@ -176,7 +178,7 @@ impl Source {
     }
 }
 
-/// Columns and rows of `count` equal parts of a rectangle, whose edges differ least.
+/// Columns and rows of `count` equal parts of a rectangle, with edges as equal as possible.
 fn grid(width: f32, height: f32, count: u32) -> [u32; 2] {
     let length = |columns: &u32| {
         let (x, y) = (width / *columns as f32, height / (count / columns) as f32);

@@ -1,17 +1,17 @@
-//! Light of what is hot.
+//! Light of hot media.
 use glam::{Mat3, Vec3};
 
 /// Planck's second radiation constant \[nm K\].
 pub const RADIATION: f32 = 14_387_770.0;
-/// First wavelength of the sum over what is seen \[nm\].
+/// First wavelength of the sum over the visible spectrum \[nm\].
 pub const FIRST_WAVELENGTH: f32 = 380.0;
 /// Distance of its wavelengths \[nm\].
 pub const WAVELENGTH_STEP: f32 = 10.0;
 /// Number of its wavelengths.
 pub const WAVELENGTHS: u32 = 41;
-/// Of the sum, so that red is 1 at 1500 K.
+/// Factor of the sum by which red is 1 at 1500 K.
 pub const UNIT_RADIANCE: f32 = 423_638.56;
-/// Least exponent of Planck's law at which numbers hold its power less 1.
+/// Least exponent of Planck's law for which exp(x) - 1 is representable.
 pub const LEAST_POWER: f32 = 1e-3;
 /// Largest such exponent.
 pub const MOST_POWER: f32 = 80.0;
@@ -23,8 +23,8 @@ const RGB_FROM_XYZ: Mat3 = Mat3::from_cols(
     Vec3::new(-0.4986, 0.0415, 1.0570),
 );
 
-/// Radiance of a black body (Planck 1901) as the CIE 1931 observer sees it: linear sRGB, as a share of red at 1500 K, of
-/// colours outside of sRGB what is in it; 0 up to 0 K.
+/// Radiance of a black body (Planck 1901) seen by the CIE 1931 observer: linear sRGB, as a share of red at
+/// 1500 K. Colours outside sRGB are clamped to it; 0 up to 0 K.
 pub fn black_body(kelvin: f32) -> Vec3 {
     if kelvin.is_nan() || kelvin <= 0.0 {
         return Vec3::ZERO;
@@ -99,7 +99,8 @@ mod tests {
         [0.0003, 0.0001, 0.0000],
     ];
 
-    /// Planck's law through the table in 64 bits, and from it linear sRGB by the primaries and white of Rec. 709.
+    /// Planck's law through the table in 64 bits, and from it linear sRGB by the primaries and white of
+    /// Rec. 709.
     fn truth(kelvin: f64) -> DVec3 {
         let of_chromaticity = |x: f64, y: f64| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
         let primaries = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)];
@@ -116,7 +117,7 @@ mod tests {
         (columns * DMat3::from_diagonal(shares)).inverse() * sum
     }
 
-    /// Of the fit, as a share of the brightest channel: most in its tail of deep red.
+    /// Error of the fit, as a share of the brightest channel: largest in its tail of deep red.
     const FITTED: f64 = 0.03;
 
     #[test]

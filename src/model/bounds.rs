@@ -44,7 +44,7 @@ impl Bounds {
         !self.min.cmple(self.max).all()
     }
 
-    /// The box, or the one around the unit sphere if it is empty: views need some extent.
+    /// The box, or the box around the unit sphere if it is empty: views need some extent.
     #[must_use]
     pub fn or_unit(&self) -> Self {
         if self.is_empty() { Self::EMPTY.with_sphere(Vec3::ZERO, 1.0) } else { *self }

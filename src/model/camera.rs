@@ -35,7 +35,7 @@ impl Default for Camera {
 pub struct InvalidCamera(pub(crate) &'static str);
 
 impl Camera {
-    /// Why no view fits it.
+    /// Reason why no view fits the camera.
     pub(crate) fn problem(&self) -> Option<&'static str> {
         let &Self { eye, target, up, fov_y, size } = self;
         let is_finite = eye.is_finite() && target.is_finite() && up.is_finite();
@@ -48,9 +48,9 @@ impl Camera {
         )
     }
 
-    /// The camera of a perspective projection: `clip_from_world` as columns, reversed z or not, infinite
-    /// far plane or not; `size` of the picture \[pixels\]. An off-axis frustum (of one of two eyes, or
-    /// jittered within a pixel) becomes a symmetric one that encloses it.
+    /// The camera of a perspective projection: `clip_from_world` as columns, reversed z or not, infinite far
+    /// plane or not; `size` of the picture \[pixels\]. An off-axis frustum (of one of two eyes, or jittered
+    /// within a pixel) becomes a symmetric one that encloses it.
     /// # Errors
     /// If a number is not finite, the picture has no pixel, or the projection is orthographic.
     pub fn from_clip(

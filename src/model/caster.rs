@@ -36,7 +36,7 @@ impl Transfer {
         matches!(self, Self::Opaque | Self::Cutout | Self::Dither)
     }
 
-    /// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted by alpha.
+    /// Whether the colour of clear texels counts; elsewhere, means of an image are weighted by alpha.
     pub fn shows_clear(self) -> bool {
         matches!(self, Self::Stain | Self::Gain | Self::Opaque)
     }
@@ -62,13 +62,13 @@ pub enum Shape {
     Quad,
     /// A sphere that absorbs along the chord of the ray.
     Puff,
-    /// An anisotropic [`Gaussian`]: not of particles, which have one radius.
+    /// An anisotropic [`Gaussian`]. Not for particles, which have one radius.
     #[cfg_attr(feature = "serde", serde(skip))]
     Gaussian,
-    /// A box of a [`Grid`], not of particles: it absorbs by its density.
+    /// A box of a [`Grid`], which absorbs by its density. Not for particles.
     #[cfg_attr(feature = "serde", serde(skip))]
     Brick,
-    /// A segment of a [`Strand`], not of particles: a part of a cone.
+    /// A segment of a [`Strand`]: part of a cone. Not for particles.
     #[cfg_attr(feature = "serde", serde(skip))]
     Capsule,
 }
@@ -103,9 +103,9 @@ pub enum Receives {
 
 /// Properties that casters of one kind share.
 ///
-/// A change of any that light depends on renders the views anew that see its casters. Another [`Self::transfer`],
-/// [`Self::shape`], [`Self::profile`] or a first [`Self::texture`] may need kernels that are compiled first
-/// (`Shadows::pending`). What only the picture shows costs the maps nothing.
+/// A change of a field that light depends on renders the views anew that see its casters. Another
+/// [`Self::transfer`], [`Self::shape`], [`Self::profile`] or a first [`Self::texture`] may need kernels to be
+/// compiled first (`Shadows::pending`). A change that only the picture shows costs the maps nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name for people. Default empty.
@@ -118,12 +118,11 @@ pub struct Material {
     pub profile: Profile,
     /// Meaning of its Gaussians' opacity. Default [`GaussianOpacity::Splat`].
     pub gaussian: GaussianOpacity,
-    /// Whether its Gaussians filter light as if they were black, whatever their own colour: a neutral shadow
-    /// of their opacity. Default false.
+    /// Whether its Gaussians filter light as if they were black, with a neutral shadow. Default false.
     pub neutral: bool,
-    /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`. For an opaque material the rgb is the albedo. Default all 1.
+    /// Linear rgba, 0..=1; rgb up to [`MAX_GAIN`] with `gain`; for an opaque material, the albedo. Default 1.
     pub tint: Vec4,
-    /// Index into [`crate::model::Scene::textures`], whose colour and alpha multiply the tint's. Default none.
+    /// Index into [`crate::model::Scene::textures`]; multiplies the tint's colour and alpha. Default none.
     pub texture: Option<u32>,
     /// `r` in `a = 1 - (1 - alpha)(1 - r)`, 0..=1. Default 0.
     pub reflectivity: f32,
@@ -135,7 +134,7 @@ pub struct Material {
     pub pattern_scale: u32,
     /// Emission (additive fire) in the picture: linear rgb, 0 or more. Default 0.
     pub emission: Vec3,
-    /// Index into [`crate::model::Scene::textures`]: its rgb multiplies the emission of triangles. Default none.
+    /// Index into [`crate::model::Scene::textures`]; multiplies the emission of triangles. Default none.
     pub emissive_texture: Option<u32>,
     /// 0, the default: a surface that scatters light where it covers. 1: clear glass, which only filters.
     pub transmission: f32,
@@ -143,32 +142,36 @@ pub struct Material {
     pub roughness: f32,
     /// Metalness of an opaque surface, 0..=1: 1 mirrors in its own colour and scatters nothing. Default 0.
     pub metallic: f32,
-    /// Index of refraction of its bodies, by which the picture shows what is behind them aside, 1..=3. 1, the default: what
-    /// is behind is seen straight through. Shadows are cast straight in any case.
+    /// Refractive index of its bodies for the picture, 1..=3; shadows are cast straight. Default 1: none.
     pub ior: f32,
-    /// What its triangles reflect of the light that meets them. Default [`Fresnel::None`].
+    /// Reflection of its triangles. Default [`Fresnel::None`].
     pub fresnel: Fresnel,
-    /// Index into [`crate::model::Scene::materials`] of what its triangles send on to their far side, diffusely (a leaf, a
-    /// lampshade): seen from there, they scatter light in that material's colour, and from the light's side by its
-    /// transmission less. It is for the picture: the shadow is that of triangles of that material beside them. Default none.
+    /// Index into [`crate::model::Scene::materials`] for light that its triangles scatter to their far side
+    /// (a leaf, a lampshade) in the picture, in that material's colour; on the light's side, its transmission
+    /// is missing. Maps ignore it: add triangles of that material for the shadow. Default none.
     pub far_side: Option<u32>,
-    /// Radius by which what is behind a pane is blurred in the picture, per distance behind it, 0..=1: frosted glass. Default 0.
+    /// Index into [`crate::model::Scene::materials`] of what the picture shows of its opaque triangles texel by texel: that
+    /// material's texture has the share of the ambient light that gets there in red, the roughness in green and the metalness
+    /// in blue, its emissive texture normals as of glTF (a channel of 0.5 is 0; red along u, green against v, blue off the
+    /// surface). All are linear where the texture is sampled. Default none.
+    pub details: Option<u32>,
+    /// Blur of the scene behind a pane, as a radius per distance, 0..=1: frosted glass. Default 0.
     pub frost: f32,
-    /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: linear rgb, above 0 up to 1. Default 1.
+    /// Transmittance over [`Self::attenuation_distance`] in a closed mesh: rgb, above 0 up to 1. Default 1.
     pub attenuation_color: Vec3,
-    /// Distance of [`Self::attenuation_color`], above 0 \[m\]. Default infinite: the material is no volume. Triangles of a
-    /// volume are counterclockwise from outside.
+    /// Distance of [`Self::attenuation_color`], above 0 \[m\]. Default infinite: the material is no volume.
+    /// Triangles of a volume are counterclockwise from outside.
     pub attenuation_distance: f32,
     /// Casters that tint it. Default [`Receives::Curve`].
     pub receives: Receives,
     /// Whether the picture shows it; if not, it casts a shadow without being seen. Default true.
     pub visible: bool,
-    /// Whether what is solid shows the surroundings behind it, times the share of its light that reaches it: a floor of
-    /// which a picture shows the shadows alone. Default false.
+    /// Whether its solid surfaces show the surroundings behind them, times the share of light that reaches
+    /// them: a floor of which a picture shows only the shadows. Default false.
     pub catcher: bool,
     /// Whether triangles show their colour in the picture, whatever the light. Default false.
     pub unlit: bool,
-    /// Whether it blocks or filters light; if not, it is seen and casts no shadow. Default true.
+    /// Whether it blocks or filters light; if not, it is seen but casts no shadow. Default true.
     pub casts: bool,
 }
 
@@ -195,6 +198,7 @@ impl Default for Material {
             ior: 1.0,
             fresnel: Fresnel::None,
             far_side: None,
+            details: None,
             frost: 0.0,
             attenuation_color: Vec3::ONE,
             attenuation_distance: f32::INFINITY,
@@ -207,8 +211,8 @@ impl Default for Material {
     }
 }
 
-/// Opacity below which casters are faint. A product of `n` transmittances is off by `n` roundings of
-/// 2^-25, in light that falls as `exp(-n a)`: by 2^-14 here.
+/// Opacity below which casters are faint. A product of `n` transmittances is off by `n` roundings of 2^-25,
+/// in light that falls as `exp(-n a)`: by 2^-14 here.
 pub(crate) const FAINTEST: f32 = 1.0 / 4096.0;
 
 impl Material {
@@ -226,7 +230,7 @@ impl Material {
         self.shape == Shape::Gaussian && self.transfer == Transfer::Filter && !self.is_medium()
     }
 
-    /// Whether the picture shows what is behind it aside, or blurred.
+    /// Whether the picture shows the scene behind it refracted or blurred.
     pub fn refracts(&self) -> bool {
         !self.transfer.is_opaque() && self.visible && (self.ior > 1.0 || self.frost > 0.0)
     }
@@ -307,7 +311,7 @@ impl Particle {
         Self { color: color.into().into(), ..self }
     }
 
-    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`Transfer::max_color`] of its material.
+    /// Short reason why it cannot be used; `None` if it can. `max_color`: its [`Transfer::max_color`].
     pub fn problem(&self, max_color: f32) -> Option<&'static str> {
         let Self { center, radius, color, rotation, .. } = *self;
         let is_finite =
@@ -362,8 +366,8 @@ impl Triangle {
     }
 }
 
-/// An image that materials sample, bilinear and repeating. Colours count by their alpha, but in `opaque`, `stain` and `gain`:
-/// what is clear has none.
+/// An image that materials sample, bilinear and repeating. Colours are weighted by alpha, so that clear
+/// texels have none, except in `opaque`, `stain` and `gain`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
     /// Name for people.
@@ -377,8 +381,8 @@ pub struct Texture {
 }
 
 /// The casters, in world space. Positions are 32-bit floats with 24 bits of precision: a host with a large
-/// world gives them and the views relative to a point near the camera (10 km away, rounding is 1 mm).
-/// Particles, Gaussians and triangles name their material by its index, and materials their texture.
+/// world gives them and the views relative to a point near the camera (10 km away, rounding is 1 mm). Casters
+/// name their material by its index, and materials their texture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Casters<'a> {
     /// Discs, quads and puffs.
@@ -395,9 +399,9 @@ pub struct Casters<'a> {
     pub materials: &'a [Material],
     /// Textures that materials sample.
     pub textures: &'a [Texture],
-    /// Keeps particles in the given order, which matters where several are at the same depth. Otherwise
-    /// they are sorted so that neighbours share a group, and views cull whole groups; a host whose
-    /// particles are already spatially coherent saves that sort.
+    /// Keeps particles in the given order, which matters where several have the same depth. Otherwise they
+    /// are sorted so that neighbours share a group, and views cull whole groups. A host whose particles are
+    /// already spatially coherent saves that sort.
     pub in_order: bool,
 }
 

@@ -1,9 +1,9 @@
-//! Which lists a caster is in, by its material.
+//! Classes of casters: the lists that a caster is in, by its material.
 use crate::model::{Material, Transfer};
 use std::ops::{Range, RangeInclusive};
 
-/// Which map a caster writes and whether the picture shows it. The order makes the classes of each list
-/// neighbours.
+/// The map that a caster writes, and whether the picture shows it. Ordered so that the classes of each list
+/// are neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// Opaque in the picture, casts nothing.

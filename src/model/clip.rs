@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3, DVec4, Mat4, UVec2};
 /// Largest deviation of a matrix from a camera's \[share\].
 const SLACK: f64 = 1e-4;
 
-/// A matrix that is no camera which a view can be.
+/// Error of a matrix that is not a camera's, or not one that a view can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is no shadow camera's: {problem}")]
 pub struct InvalidClip {
@@ -14,16 +14,16 @@ pub struct InvalidClip {
 }
 
 impl View {
-    /// The view of an engine's own shadow camera, with any roll: `clip_from_world` takes world space \[m\] to clip
-    /// space, NDC x and y in -1..1 with y up, z in 0..1 or reversed. The view has no light yet: set
-    /// [`Self::light`], and [`Self::role`] if the light has several. A mirrored orthographic matrix reads as one that
-    /// looks the other way with z reversed.
+    /// The view of an engine's own shadow camera, with any roll: `clip_from_world` takes world space \[m\] to
+    /// clip space, NDC x and y in -1..1 with y up, z in 0..1 or reversed. The view has no light yet: set
+    /// [`Self::light`], and [`Self::role`] if the light has several. A mirrored orthographic matrix reads as
+    /// one that looks the other way with z reversed.
     ///
     /// # Errors
-    /// If a number is not finite, the axes are not orthogonal or not right-handed, the far plane is infinite, the
-    /// frustum is not symmetric, or texels of a map of `size` would not be square.
+    /// If a number is not finite, the axes are not orthogonal or not right-handed, the far plane is infinite,
+    /// the frustum is not symmetric, or texels of a map of `size` would not be square.
     pub fn from_clip(clip_from_world: &Mat4, size: UVec2) -> Result<Self, InvalidClip> {
-        let camera = Camera::new(&clip_from_world.as_dmat4())?;
+        let camera = ClipCamera::new(&clip_from_world.as_dmat4())?;
         let across = camera.scale * size.as_dvec2() * 0.5;
         if size.min_element() == 0 || (across.x - across.y).abs() > SLACK * across.x {
             return Err(invalid("its texels are not square: give the size of the engine's map"));
@@ -56,8 +56,8 @@ fn invalid(problem: &'static str) -> InvalidClip {
     InvalidClip { problem }
 }
 
-/// What a matrix says of its camera.
-struct Camera {
+/// Camera of a matrix.
+struct ClipCamera {
     projection: Projection,
     /// Right, up and back, unit.
     axes: [DVec3; 3],
@@ -69,7 +69,7 @@ struct Camera {
     far: f64,
 }
 
-impl Camera {
+impl ClipCamera {
     fn new(clip_from_world: &DMat4) -> Result<Self, InvalidClip> {
         if !clip_from_world.is_finite() {
             return Err(invalid("a number is not finite"));
@@ -130,7 +130,7 @@ impl Camera {
     }
 }
 
-/// With reversed z the far plane comes first.
+/// Puts the two depths in order: with reversed z the far plane comes first.
 fn order(a: f64, b: f64) -> (f64, f64) {
     (a.min(b), a.max(b))
 }

@@ -1,7 +1,7 @@
 //! Counters of a frame: nothing is dropped silently.
 use std::collections::BTreeMap;
 
-/// Inputs that were left out, by reason. A skipped particle changes nothing else.
+/// Inputs that were left out, by reason. Skipping one changes nothing else.
 pub type Skipped = BTreeMap<&'static str, u64>;
 
 /// Counts of one frame, over all shadow views that were rendered.
@@ -14,10 +14,10 @@ pub struct Counters {
     pub views_rendered: u64,
     /// Shadow views whose maps stay from an earlier frame, because nothing that they see changed.
     pub views_kept: u64,
-    /// Views whose casters were looked for on the CPU: of still frames none.
+    /// Views whose casters were searched for on the CPU; none in still frames.
     pub views_searched: u64,
-    /// Combinations (caster, view) that were not projected, because their group is outside the view or behind an
-    /// opaque surface.
+    /// Combinations (caster, view) that were not projected, because their group is outside the view or behind
+    /// an opaque surface.
     pub culled: u64,
     /// Those counted in `culled` that are behind an opaque surface.
     pub hidden: u64,
@@ -42,22 +42,25 @@ pub struct Counters {
     pub masks: u64,
     /// Lights that cast shadows into the picture but got no mask, and were shaded without one.
     pub unmasked_lights: u64,
-    /// Casters counted in `overflowed` that filter in a view with order-dependent blending (an `over`
-    /// caster is among them or in the same view), and were scattered: applied last. 0 where the parts of the
+    /// Casters counted in `overflowed` that filter in a view with order-dependent blending (an `over` caster
+    /// is among them or in the same view), and were scattered, and so applied last. 0 where the parts of the
     /// tiles suffice.
     pub unordered: u64,
     /// Maps that are smaller than they should be, because the atlas is full.
     pub shrunk: u64,
+    /// Nodes that the curves of all views lack of those that were asked for, because they did not fit
+    /// [`ShadowSettings::curve_budget`](super::ShadowSettings::curve_budget): where that is all of them, receivers read nearest depths.
+    pub nodes_dropped: u64,
     /// Maps of lights with a size whose levels were made.
     pub levels_made: u64,
-    /// Drawings of pictures: one a sample, and one more where pairs did not fit at first.
+    /// Drawings of pictures: one per sample, and another where pairs did not fit at first.
     pub pictures_drawn: u64,
     /// Times that the pairs of the maps or of a picture did not fit at first.
     pub capacities_grown: u64,
     /// Pairs of the largest batch.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub pairs_needed: u32,
-    /// Pair capacity of a batch: past it, tiles are walked a part at a time. `Shadows::grow_from` grows it.
+    /// Pair capacity of a batch: past it, tiles are walked in parts. `Shadows::grow_from` raises it.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub pair_capacity: u32,
     /// Particles and triangles left out, by reason.

@@ -1,24 +1,26 @@
-//! What all frames of a scene that moves have in common, so that nothing that stands still changes with what moves beside it:
-//! how far everything goes, and a few moments at which lights and the camera are looked at.
+//! Course of a moving scene: the values that all its frames share, so that no part at rest changes with one
+//! that moves. They are the extent of all motion, and lights and camera at a few moments.
 //!
-//! It follows from the scene alone, not from the frames that are rendered: a frame on its own is as one of a sequence.
+//! It follows from the scene alone, not from the frames that are rendered: a single frame is the same as in a
+//! sequence.
 use super::{Bounds, Camera, Light, Motion, Scene, ShadowSettings, View};
 use glam::Vec3;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Moments between a scene's first key and its last.
 const MOMENTS: u32 = 8;
-/// Size of what a scene ever fills over that at its start, past which views follow it from frame to frame.
+/// Ratio of the scene's largest extent to that at its start, past which views follow it from frame to frame.
 const WIDEST: f32 = 4.0;
-/// Share of its size by which the box around what moves is larger than what was seen to be in it.
+/// Margin around a moving part's box, as a share of the box that was sampled.
 const MARGIN: f32 = 1.0 / 16.0;
 
-/// Where a scene that moves ever is, and its lights and camera at a few moments: views of all frames follow from it.
+/// Extent of a moving scene over all frames, and its lights and camera at a few moments: the views of all
+/// frames follow from it.
 #[derive(Clone, Debug)]
 pub struct Course {
-    /// Box around all that moves, in all frames \[m\].
+    /// Box around all moving parts, in all frames \[m\].
     all: Bounds,
-    /// Around what of it casts shadows \[m\].
+    /// Box around those parts that cast shadows \[m\].
     casters: Bounds,
     moments: Vec<Moment>,
     /// Triangles, lights, splats and strands of the scene that it was made for.
@@ -36,14 +38,14 @@ pub(crate) struct Moment {
     pub lights: Vec<Light>,
 }
 
-/// Windows of finer texels, and what they were chosen for.
+/// Windows of finer texels, and the key that they were chosen for.
 #[derive(Clone, Debug)]
 struct Windows {
     key: WindowsKey,
     of_lights: Vec<Vec<View>>,
 }
 
-/// What [`Scene::kept_windows`] are chosen by besides the course.
+/// Inputs that [`Scene::kept_windows`] are chosen by, besides the course.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct WindowsKey {
     /// Views that they refine.
@@ -54,7 +56,7 @@ pub(crate) struct WindowsKey {
 }
 
 impl Default for Course {
-    /// Of a scene that stands still.
+    /// The course of a scene at rest.
     fn default() -> Self {
         Self {
             all: Bounds::EMPTY,
@@ -88,18 +90,18 @@ impl Course {
 }
 
 impl Scene {
-    /// Box that views are fitted to besides what the scene holds now \[m\].
+    /// Box that views are fitted to besides the scene's present contents \[m\].
     pub(crate) fn held(&self) -> Bounds {
         self.around.with(&self.course.all)
     }
 
-    /// Likewise, of casters \[m\].
+    /// The same for casters \[m\].
     pub(crate) fn held_casters(&self) -> Bounds {
         self.around.with(&self.course.casters)
     }
 
-    /// Moments of a scene that has still the parts that it was loaded with; none if it has not, or no light, triangle and
-    /// camera moves.
+    /// Moments of a scene that still has the parts it was loaded with; none otherwise, or if no light,
+    /// triangle or camera moves.
     pub(crate) fn moments(&self) -> &[Moment] {
         let is_same = self.course.counts == self.counts() && !self.motions.is_empty();
         if is_same { &self.course.moments } else { &[] }
@@ -112,7 +114,7 @@ impl Scene {
         [self.triangles.len(), self.lights.len(), self.gaussians.len(), strands]
     }
 
-    /// Makes [`Self::course`] for the motions that the scene has. It is at its start.
+    /// Makes [`Self::course`] for the scene's motions. The scene must be at its start.
     pub fn follow_motions(&mut self) {
         self.course = Course::default();
         let motions = self.motions.clone();
@@ -154,7 +156,8 @@ impl Scene {
         (self.course.moments, self.skipped) = (moments, skipped);
     }
 
-    /// The scene with its triangles, lights and camera alone, and what moves with them, to be set to [`Self::moments`].
+    /// The scene reduced to triangles, lights, camera and the motions that move them, to be set to
+    /// [`Self::moments`].
     pub(crate) fn solids(&self) -> Self {
         let motions = self.motions.iter().filter(|motion| motion.span().is_some());
         let moves_particles = motions.clone().any(|motion| motion.moves_particles());

@@ -72,7 +72,7 @@ impl Pattern {
     pub fn window(self) -> u32 {
         match self {
             Self::Ign | Self::Blue => 8,
-            // Its own cells are up to 2.83 of these wide.
+            // Its own cells are up to 2.83 of these cells wide.
             Self::Hashed => 16,
             _ => 1 << self.order(),
         }

@@ -1,4 +1,4 @@
-//! Emitters with the looks of their particles, and what they have sent out at a moment.
+//! Emitters with the looks of their particles, and their state at a moment.
 use super::{
     Bounds, Particle, Strand, StrandVertex,
     emitter::{EmittedParticle, Flock, Forces, STEP, STEPS_PER_SECOND},
@@ -17,7 +17,7 @@ pub const MAX_STOPS: usize = 16;
 /// An emitter of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emitter {
-    /// Where its particles start, and what moves them.
+    /// Region where its particles start, and the forces on them.
     pub forces: Forces,
     /// Interaction of its particles; `None` without.
     pub fluid: Option<Fluid>,
@@ -31,36 +31,36 @@ pub struct Emitter {
     pub steps: u32,
     /// Radii over a particle's life, evenly spaced, 1 to [`MAX_STOPS`] of them \[m\].
     pub radius: Vec<f32>,
-    /// Colours, likewise: linear rgb.
+    /// Colours, spaced in the same way: linear rgb.
     pub color: Vec<Vec3>,
-    /// Alphas, likewise.
+    /// Alphas, spaced in the same way.
     pub alpha: Vec<f32>,
-    /// What each particle drags; `None` without.
+    /// Trail that each particle drags; `None` without.
     pub trail: Option<Trail>,
 }
 
-/// A strand through the last places of a particle, as it looked there, tapering to a point.
+/// A strand through the last places of a particle, with its looks there, tapering to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trail {
-    /// How old its end is \[s\].
+    /// Age of its end \[s\].
     pub seconds: f32,
-    /// Its capsules, of equal times.
+    /// Number of its capsules, of equal times.
     pub segments: u32,
     /// Index into [`crate::model::Scene::materials`], of a material whose shape is [`super::Shape::Capsule`].
     pub material: u32,
 }
 
 impl Emitter {
-    /// Time steps that have passed, and the share of the next one.
+    /// Time steps that have passed, and the passed share of the next one.
     fn moment(&self, seconds: f64) -> (u32, f32) {
-        // A frame at a step's time is at that step in spite of rounding.
+        // A frame at the time of a step is at that step in spite of rounding.
         let steps = ((seconds - self.start) * STEPS_PER_SECOND + 1e-6).max(0.0);
         let step = steps as u32;
         (step, (steps - f64::from(step)) as f32)
     }
 
-    /// Adds the live particles, if they are at most `farthest` from the origin along each axis \[m\]. Returns the number
-    /// of those that are farther.
+    /// Adds the live particles that are at most `farthest` from the origin along each axis \[m\]. Returns the
+    /// number of the others.
     pub fn send(
         &self,
         flock: &mut Flock,
@@ -89,13 +89,13 @@ impl Emitter {
         1 + self.trail.map_or(0, |trail| trail.segments)
     }
 
-    /// Most vertices of its trails: those of its moments, and where the particle started.
+    /// Most vertices of its trails: one per moment, and one where the particle started.
     pub fn most_vertices(&self) -> u64 {
         let most = u64::from(self.forces.most_until(self.steps));
         self.trail.map_or(0, |trail| most * u64::from(trail.segments + 2))
     }
 
-    /// Adds what the particles `now` drag. `past`: a flock for each moment of the trail.
+    /// Adds the trails of the particles `now`. `past`: a flock for each moment of the trail.
     pub fn drag(
         &self,
         past: &mut [Flock],
@@ -137,13 +137,13 @@ impl Emitter {
                 strand.vertices.extend(first.map(|first| vertex(&first, ago)));
             }
         }
-        // One of a particle that rests is a point.
+        // The trail of a particle at rest is a point.
         dragged.retain(|strand| strand.problem(f32::INFINITY).is_none());
         strands.append(&mut dragged);
     }
 
-    /// A few of the live particles, evenly chosen, as if they were not a fluid: enough to see how far they
-    /// reach. `most_steps`: of all of them together.
+    /// A few of the live particles, evenly chosen, simulated without a fluid: enough to see how far they
+    /// reach. `most_steps`: bound of their steps together.
     pub fn sample(&self, seconds: f64, farthest: f32, most_steps: usize) -> Vec<Particle> {
         const MAX: usize = 1000;
         let most = MAX.min(most_steps / self.forces.longest() as usize);
@@ -163,8 +163,9 @@ impl Emitter {
         numbers.step_by(every).take(most).filter_map(flown).collect()
     }
 
-    /// Box around where a few of the particles ever are \[m\], evenly chosen of all that start on the emitter's path and while
-    /// the first of those behind it live, as if they were not a fluid. `most_steps`: of all of them together.
+    /// Box around the places of a few particles over all time \[m\], evenly chosen from those that start on
+    /// the emitter's path, or within one lifetime of its end, simulated without a fluid. `most_steps`: bound
+    /// of their steps together.
     pub fn reach(&self, farthest: f32, most_steps: usize) -> Bounds {
         const MAX: usize = 512;
         let longest = self.forces.longest();
@@ -196,7 +197,7 @@ impl Emitter {
         before(step.saturating_sub(self.forces.longest()))..before(step)
     }
 
-    /// The particle `part` of a step after its last whole one, if it is seen.
+    /// The particle at share `part` of the step after its last whole one, if it is visible.
     fn particle(&self, emitted: &EmittedParticle, part: f32) -> Option<Particle> {
         let share = ((emitted.age as f32 + part) / emitted.life as f32).min(1.0);
         let alpha = mixed(&self.alpha, share, |a, b, t| a + (b - a) * t);
@@ -213,7 +214,7 @@ impl Emitter {
     }
 }
 
-/// Whether its position is finite, and at most so far from the origin along each axis \[m\].
+/// Whether its position is finite, and at most `farthest` from the origin along each axis \[m\].
 fn is_within(particle: &Particle, farthest: f32) -> bool {
     particle.center.is_finite() && particle.center.abs().max_element() <= farthest
 }
@@ -226,7 +227,7 @@ fn mixed<T: Copy>(values: &[T], share: f32, mix: impl Fn(T, T, f32) -> T) -> T {
     mix(values[low], values[high], at - low as f32)
 }
 
-/// What an emitter has sent out at a moment: for a device to simulate.
+/// State of an emitter at a moment, for a device to simulate.
 #[derive(Clone, Debug)]
 pub struct Emission {
     /// The emitter.
@@ -246,7 +247,7 @@ impl Emission {
         Self { emitter: Arc::clone(emitter), step, part, bounds: OnceLock::new() }
     }
 
-    /// Whether both are the same particles at the same moment.
+    /// Whether both hold the same particles at the same moment.
     pub fn is(&self, other: &Self) -> bool {
         (self.step, self.part) == (other.step, other.part) && self.emitter == other.emitter
     }

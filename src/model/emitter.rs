@@ -14,7 +14,7 @@ pub use curl_noise::curl_noise;
 
 /// Time step \[s\].
 pub const STEP: f32 = 1.0 / 60.0;
-/// Longest life: what 16 bits hold \[steps\].
+/// Longest life, in 16 bits \[steps\].
 pub const LONGEST: u32 = 65_535;
 /// Time steps per second.
 pub const STEPS_PER_SECOND: f64 = 60.0;
@@ -31,9 +31,9 @@ pub enum EmitterShape {
     Point,
     /// A box of the emitter's extent.
     Box,
-    /// The ellipsoid of that extent.
+    /// The ellipsoid in that extent.
     Sphere,
-    /// The ellipse of its x and z.
+    /// The ellipse of that extent's x and z.
     Disc,
 }
 
@@ -58,30 +58,33 @@ pub struct Forces {
     pub spread: f32,
     /// Downward acceleration, -1000..=1000 [m/s^2]. Default 0.
     pub gravity: f32,
-    /// Upward acceleration at birth, -1000..=1000; it falls to 0 at the end of a particle's life [m/s^2]. Default 0.
+    /// Upward acceleration at birth, -1000..=1000; it falls to 0 at the end of a particle's life [m/s^2].
+    /// Default 0.
     pub buoyancy: f32,
-    /// Rate at which a particle's velocity approaches that of the air, 0..=1000 [1/s]. Default 0: the air moves nothing.
+    /// Rate at which a particle's velocity approaches that of the air, 0..=1000 [1/s]. Default 0: the air
+    /// moves nothing.
     pub drag: f32,
     /// Velocity of the air \[m/s\]. Default 0.
     pub wind: Vec3,
-    /// Speed of the air's whirls (curl noise), 0..=1000 \[m/s\]. Default 0.
+    /// Speed of the air's turbulence (curl noise), 0..=1000 \[m/s\]. Default 0.
     pub turbulence: f32,
-    /// Spatial frequency of the whirls, 0.001..=1000 [1/m]. Default 1.
+    /// Spatial frequency of the turbulence, 0.001..=1000 [1/m]. Default 1.
     pub frequency: f32,
-    /// Speed at which the whirls rise through the air, -1000..=1000 \[m/s\]. Default 0.
+    /// Speed at which the turbulence rises through the air, -1000..=1000 \[m/s\]. Default 0.
     pub evolve: f32,
     /// Height of a ground plane that particles collide with \[m\]. Default none.
     pub ground: Option<f32>,
-    /// Lower and upper corners of the boxes that particles collide with, at most [`MAX_BOXES`] \[m\]. Default none.
+    /// Lower and upper corners of the boxes that particles collide with, at most [`MAX_BOXES`] \[m\]. Default
+    /// none.
     pub boxes: Vec<[Vec3; 2]>,
     /// Restitution: share of the normal velocity that a particle keeps in a collision, 0..=1. Default 0.2.
     pub bounce: f32,
     /// Share of the tangential velocity that a particle keeps in a collision, 0..=1. Default 0.8.
     pub slide: f32,
-    /// Path of the emitter: rows of seconds from its start, ascending, and an offset x, y, z from
-    /// `position` \[m\]. Linear between rows, constant before the first and behind the last. Default none.
+    /// Path of the emitter: rows of seconds from its start, ascending, and an offset x, y, z from `position`
+    /// \[m\]. Linear between rows, constant before the first and after the last. Default none.
     pub path: Vec<[f32; 4]>,
-    /// World position of the scene's origin, so that whirls stay in place \[m\]. Default the origin.
+    /// World position of the scene's origin, so that the turbulence stays in place \[m\]. Default the origin.
     pub origin: Vec3,
 }
 
@@ -105,7 +108,7 @@ fn draw(seed: u32, number: u32, index: u32) -> f32 {
     (pcg(number ^ pcg(index ^ pcg(seed))) >> 8) as f32 / (1 << 24) as f32
 }
 
-/// Points in a cube, one of which is taken for the ball inside.
+/// Random points in a cube that are tried for one in the ball.
 pub const TRIES: u32 = 8;
 
 /// A random point in the unit ball, or in its section where `axes` has zeros: the first of several points
@@ -158,7 +161,8 @@ impl Forces {
         }
     }
 
-    /// The path from one time to another \[s from the start\]: rows of seconds since the first, and the offset.
+    /// The path from one time to another \[s from the start\]: rows of seconds since the first, and the
+    /// offset.
     pub fn path_between(&self, begin: f64, end: f64) -> Vec<Vec4> {
         if self.path.is_empty() {
             return vec![Vec4::ZERO];
@@ -175,14 +179,14 @@ impl Forces {
         [ends[0]].into_iter().chain(inside).chain([ends[1]]).collect()
     }
 
-    /// Step of time in which particle `number` starts; the first is number 0 in step 0.
+    /// Time step in which particle `number` starts; particle 0 starts in step 0.
     pub fn starts_in(&self, number: u32) -> u32 {
         (f64::from(number) / self.rate * STEPS_PER_SECOND) as u32
     }
 
     /// Particles that have started before the end of step `step`.
     pub fn started(&self, step: u32) -> u32 {
-        /// No emitter sends out more particles than this.
+        /// Bound of the particles that an emitter starts.
         const MAX: u32 = 1 << 31;
         let guess = (f64::from(step) + 1.0) / STEPS_PER_SECOND * self.rate;
         if guess >= f64::from(MAX) {
@@ -279,8 +283,8 @@ impl Flock {
         &self.emitted
     }
 
-    /// Advances to time step `step` from the present one; the result is the same as from step 0. No
-    /// particle starts after step `last`.
+    /// Advances to time step `step` from the present one, with the same result as from step 0. No particle
+    /// starts after step `last`.
     pub fn advance_to(&mut self, forces: &Forces, step: u32, last: u32) {
         if step < self.step {
             *self = Self::default();
@@ -334,8 +338,8 @@ fn steps_of(life: f32) -> u32 {
     ((life * STEPS_PER_SECOND as f32) as u32).clamp(1, LONGEST)
 }
 
-/// Largest number of particles that are alive at once, of so many that start per second and live at most so
-/// long \[s\].
+/// Largest number of particles alive at once, if `rate` start per second and live at most `longest_life`
+/// \[s\].
 pub fn most_alive(rate: f64, longest_life: f32) -> u32 {
     // Particles that start within the longest life and one more step.
     let seconds = f64::from(steps_of(longest_life) + 1) / STEPS_PER_SECOND;

@@ -30,7 +30,7 @@ pub struct Sky {
     pub horizon: Vec3,
     /// Radiance below the horizon.
     pub ground: Vec3,
-    /// Sun disc, seen and mirrored by smooth surfaces. It does not light the scene: a light does.
+    /// Sun disc, seen and mirrored by smooth surfaces. It does not light the scene: add a light for that.
     pub sun: Option<SunDisc>,
 }
 
@@ -46,7 +46,7 @@ pub struct SunDisc {
 }
 
 impl Default for Sky {
-    /// A sky of a clear day that fits a light of irradiance 3.
+    /// A clear day's sky that fits a light of irradiance 3.
     fn default() -> Self {
         Self {
             zenith: Vec3::new(0.11, 0.17, 0.30),
@@ -91,7 +91,7 @@ impl Environment {
     /// The environment of a sky, multiplied by `intensity`.
     pub fn of_sky(sky: &Sky, intensity: f32) -> Self {
         phase!("generate");
-        let even = Map::new(SKY_SIZE, |direction| sky.radiance(direction) * intensity);
+        let even = RadianceMap::new(SKY_SIZE, |direction| sky.radiance(direction) * intensity);
         let Some(sun) = sky.sun else { return Self::new(&even, &even) };
         let mut sharp = even.clone();
         sharp.add_disc(-sun.direction.normalize_or(Vec3::NEG_Y), sun.angle, sun.color * intensity);
@@ -101,26 +101,27 @@ impl Environment {
     /// The environment of an equirectangular image: rows from +y to -y, its middle looks along -z; turned
     /// about +y by `turn` \[radians\]. Invalid radiance (negative, not a number) is black.
     pub fn of_image(size: UVec2, texels: &[[f32; 3]], turn: f32, intensity: f32) -> Self {
-        let map = Map::of_image(size, texels, turn, intensity);
+        let map = RadianceMap::of_image(size, texels, turn, intensity);
         Self::new(&map, &map)
     }
 
-    /// Like [`Self::of_image`], with the image's sun apart, if it has one: what is around the sun lights the scene and is
-    /// mirrored by rough surfaces, and a light takes the sun's place. It is still seen, and mirrored by smooth ones.
+    /// Like [`Self::of_image`], but separates the image's sun, if it has one: the sky around the sun lights
+    /// the scene and is mirrored by rough surfaces, and a light should replace the sun, which is still seen,
+    /// and mirrored by smooth surfaces.
     pub fn of_image_without_sun(
         size: UVec2,
         texels: &[[f32; 3]],
         turn: f32,
         intensity: f32,
     ) -> (Self, Option<ImageSun>) {
-        let sharp = Map::of_image(size, texels, turn, intensity);
+        let sharp = RadianceMap::of_image(size, texels, turn, intensity);
         let mut even = sharp.clone();
         let sun = even.take_sun();
         (Self::new(&sharp, &even), sun)
     }
 
-    /// `sharp` is seen and mirrored, `even` gives the irradiance.
-    fn new(sharp: &Map, even: &Map) -> Self {
+    /// `sharp` is seen and mirrored; `even` gives the irradiance.
+    fn new(sharp: &RadianceMap, even: &RadianceMap) -> Self {
         let (irradiance, mean) = even.irradiance();
         let coarser = even.coarser();
         let mut texels = sharp.bordered();
@@ -162,7 +163,7 @@ pub fn irradiance_at(c: &[Vec3; IRRADIANCE], n: Vec3) -> Vec3 {
 
 /// Radiance by direction, octahedral.
 #[derive(Clone, Debug)]
-pub(super) struct Map {
+pub(super) struct RadianceMap {
     size: u32,
     pub(super) texels: Vec<Vec3>,
 }
@@ -185,7 +186,7 @@ fn sides(v: Vec2) -> Vec2 {
     Vec2::select(v.cmpge(Vec2::ZERO), Vec2::ONE, Vec2::NEG_ONE)
 }
 
-impl Map {
+impl RadianceMap {
     /// A map of radiance, the mean of four samples per texel.
     fn new(size: u32, radiance: impl Fn(Vec3) -> Vec3) -> Self {
         let texel = |i: u32| {
@@ -325,7 +326,7 @@ impl Map {
 
 /// Reflection at a roughness, seen head-on: half vectors of GGX (Walter et al. 2007), each sampling the map
 /// whose texels match its solid angle (Colbert and Krivanek 2007).
-fn rough(maps: &[Map], roughness: f32) -> Map {
+fn rough(maps: &[RadianceMap], roughness: f32) -> RadianceMap {
     const SAMPLES: u32 = 128;
     let alpha = roughness * roughness;
     let square = alpha * alpha;
@@ -348,7 +349,7 @@ fn rough(maps: &[Map], roughness: f32) -> Map {
         })
         .collect();
     let weights: f32 = rays.iter().map(|(_, weight, _)| weight).sum();
-    let level = Map { size: ROUGH_SIZE, texels: Vec::new() };
+    let level = RadianceMap { size: ROUGH_SIZE, texels: Vec::new() };
     let texel = |i: usize| {
         let n = level.direction(i);
         let (x, y) = n.any_orthonormal_pair();
@@ -357,5 +358,8 @@ fn rough(maps: &[Map], roughness: f32) -> Map {
         });
         samples.sum::<Vec3>() / weights
     };
-    Map { size: ROUGH_SIZE, texels: (0..(ROUGH_SIZE * ROUGH_SIZE) as usize).map(texel).collect() }
+    RadianceMap {
+        size: ROUGH_SIZE,
+        texels: (0..(ROUGH_SIZE * ROUGH_SIZE) as usize).map(texel).collect(),
+    }
 }

@@ -1,11 +1,11 @@
-//! What the faces of glass reflect.
+//! Reflection by the faces of glass.
 
-/// What a triangle's surface reflects of the light that meets it, and so takes from its beam: Fresnel's formulas for
-/// light that is not polarised, at the angle between the straight ray and the triangle's plane. The colour `c` of a hit is
-/// multiplied by what is left. Indices of refraction are 1 to 3; 1 reflects nothing.
+/// Reflection of a triangle's surface, which takes light from its beam: Fresnel's formulas for unpolarised
+/// light, at the angle between the straight ray and the triangle's plane. The colour `c` of a hit is
+/// multiplied by the transmitted share. Refractive indices are 1 to 3; 1 reflects nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Fresnel {
-    /// Nothing: the table of transfers alone.
+    /// No reflection: the table of transfers alone.
     #[default]
     None,
     /// A face between air and a body: 4 % head-on at an index of 1.5.
@@ -13,7 +13,7 @@ pub enum Fresnel {
         /// Index of refraction of the body.
         ior: f32,
     },
-    /// A thin pane, both its faces and all that is reflected between them: 7.7 % head-on at an index of 1.5.
+    /// A thin pane, with both faces and all reflections between them: 7.7 % head-on at an index of 1.5.
     Pane {
         /// Index of refraction of the pane.
         ior: f32,
@@ -21,7 +21,7 @@ pub enum Fresnel {
 }
 
 impl Fresnel {
-    /// The index of refraction, 1 without.
+    /// The refractive index, 1 without reflection.
     pub(crate) fn ior(self) -> f32 {
         match self {
             Self::None => 1.0,
@@ -29,7 +29,7 @@ impl Fresnel {
         }
     }
 
-    /// The index of refraction of a face, minus that of a pane; 0 where nothing is reflected.
+    /// The refractive index of a face, or minus that of a pane; 0 for no reflection.
     pub fn index(self) -> f32 {
         match self {
             Self::Face { ior } if ior > 1.0 => ior,

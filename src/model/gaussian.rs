@@ -1,13 +1,14 @@
-//! Anisotropic Gaussians: captured scenes, and dust that is measured instead of drawn.
+//! Anisotropic Gaussians: captured scenes, and dust that is measured rather than drawn.
 use super::bounds::{Bounds, FARTHEST};
 use glam::{Mat3, Quat, Vec3};
 
-/// What the opacity of a material's Gaussians means. The two are never converted into each other: with equal
-/// opacity at the centre the shadows' areas differ by a factor of 2.1 at 0.99 (docs/gaussians.md).
+/// Meaning of the opacity of a material's Gaussians. The two meanings are never converted into each other:
+/// with equal opacity at the centre, the shadows' areas differ by a factor of 2.1 at 0.99
+/// (docs/gaussians.md).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum GaussianOpacity {
-    /// `alpha = opacity * exp(-q^2 / 2)` where the ray is closest to the centre in the Gaussian's own space, at
-    /// distance `q` \[standard deviations\]: 3DGRT's maximum response, 3DGS's alpha for parallel rays.
+    /// `alpha = opacity * exp(-q^2 / 2)` where the ray is closest to the centre in the Gaussian's own space,
+    /// at distance `q` \[standard deviations\]: 3DGRT's maximum response, 3DGS's alpha for parallel rays.
     #[default]
     Splat,
     /// Extinction `density * opacity * exp(-q^2 / 2)` [1/m], whose integral along the ray up to the opaque
@@ -28,18 +29,18 @@ impl GaussianOpacity {
     }
 }
 
-/// Least of `exp(-q^2 / 2)` times a Gaussian's opacity that changes a shadow: what hundreds in each other lose is less
-/// than a step of a map in 16 bits. Fainter ones end at a 256th of their own opacity, so that many of them lose less
-/// than 0.4 % of their shadow.
+/// Least value of `exp(-q^2 / 2)` times a Gaussian's opacity that counts in a shadow: cut there, hundreds of
+/// overlapping Gaussians lose less than a step of a 16-bit map. Fainter Gaussians end at a 256th of their own
+/// opacity, so that many of them lose less than 0.4 % of their shadow.
 const FAINTEST: f32 = 1.0 / 8192.0;
 const LEAST_SHARE: f32 = 1.0 / 256.0;
-/// Where the densest medium ends, squared \[standard deviations\].
+/// Squared distance at which the densest medium ends \[standard deviations\].
 const MAX_REACH: f32 = 64.0;
-/// Most extinction at a medium's centre [1/m].
+/// Largest extinction at a medium's centre [1/m].
 const MAX_EXTINCTION: f32 = 6e4;
 
-/// Squared distance from the centre at which a Gaussian of this opacity, or of a medium optical depth, ends
-/// \[standard deviations\]. WGSL: `reach_squared` in `wgsl/project/conic.wgsl`.
+/// Squared distance from the centre at which a Gaussian of opacity, or medium of optical depth, `opacity`
+/// ends \[standard deviations\]. WGSL: `reach_squared` in `wgsl/project/conic.wgsl`.
 pub fn reach_squared(opacity: f32) -> f32 {
     (2.0 * (opacity / FAINTEST).max(1.0 / LEAST_SHARE).ln()).min(MAX_REACH)
 }
@@ -55,9 +56,10 @@ pub struct Gaussian {
     pub sigma: Vec3,
     /// Linear rgb, 0..=1 (16 with `gain`); multiplies the material's tint.
     pub color: Vec3,
-    /// Opacity at the centre, 0..=1; of a medium at least 0. Multiplies the alpha of the material's tint.
+    /// Opacity at the centre, 0..=1; for a medium, 0 or more. Multiplies the alpha of the material's tint.
     pub opacity: f32,
-    /// Index into [`crate::model::Scene::materials`], of a material whose shape is [`super::Shape::Gaussian`].
+    /// Index into [`crate::model::Scene::materials`], of a material whose shape is
+    /// [`super::Shape::Gaussian`].
     pub material: u32,
     /// Seed of dither patterns; unique where the file gives one.
     pub id: u32,
@@ -79,8 +81,8 @@ impl Default for Gaussian {
 }
 
 impl Gaussian {
-    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`super::Transfer::max_color`] of its
-    /// material, `opacity`: what its opacity means.
+    /// Short reason why it cannot be used; `None` if it can. `max_color`: [`super::Transfer::max_color`] of
+    /// its material; `opacity`: meaning of its opacity.
     pub fn problem(&self, max_color: f32, opacity: GaussianOpacity) -> Option<&'static str> {
         let Self { center, rotation, sigma, color, .. } = *self;
         let finite = center.is_finite()
@@ -121,7 +123,7 @@ impl Gaussian {
         }
     }
 
-    /// Distance from the centre at which it ends, at most \[standard deviations\].
+    /// Upper bound of the distance from the centre at which it ends \[standard deviations\].
     pub fn reach(&self, opacity: GaussianOpacity) -> f32 {
         reach_squared(self.most_opacity(opacity)).sqrt()
     }

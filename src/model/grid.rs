@@ -15,7 +15,7 @@ pub const MAX_BRICK_SIZE: u32 = 1 << 20;
 /// Farthest index of a voxel: halves of a voxel are exact in `f32` up to here.
 pub const MAX_INDEX: i32 = 1 << 22;
 
-/// A grid of voxels, split in disjoint bricks. Its density is trilinear between the centres of voxels, which are at
+/// A grid of voxels, split into disjoint bricks. Its density is trilinear between voxel centres, which are at
 /// whole numbers in index space, also from brick to brick, and 0 outside its bricks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
@@ -23,23 +23,24 @@ pub struct Grid {
     pub world_from_index: Affine3A,
     /// Disjoint boxes of voxels.
     pub bricks: Vec<Brick>,
-    /// Optical depth of a metre of density 1 [1/m].
+    /// Optical depth of one metre at density 1 [1/m].
     pub factor: f32,
-    /// Colour of extinction, per channel: `T = exp(-tau * extinction)`, where `tau` is `factor` times the integral of
-    /// density along the ray \[m\].
+    /// Colour of extinction, per channel: `T = exp(-tau * extinction)`, where `tau` is `factor` times the
+    /// integral of density along the ray \[m\].
     pub extinction: Vec3,
-    /// Index into [`crate::model::Scene::materials`]: its shape is [`Shape::Brick`](super::Shape::Brick), its transfer
-    /// `filter` or `none`.
+    /// Index into [`crate::model::Scene::materials`]: its shape is [`Shape::Brick`](super::Shape::Brick), its
+    /// transfer `filter` or `none`.
     pub material: u32,
-    /// `g` of the phase function of Henyey and Greenstein 1941, -1 to 1: above 0 most light is scattered ahead.
+    /// `g` of the phase function of Henyey and Greenstein 1941, -1 to 1: above 0, most light is scattered
+    /// forward.
     pub anisotropy: f32,
-    /// Radiance, in red, of what is at 1500 K and opaque: bricks with temperatures glow as soot does, by
-    /// `1 - T` of it.
+    /// Radiance in red of an opaque medium at 1500 K: bricks with temperatures glow like soot, by `1 - T` of
+    /// it.
     pub emission: f32,
 }
 
 impl Default for Grid {
-    /// Nothing, in voxels of a metre; isotropic, of extinction 1 in each channel.
+    /// An empty grid with voxels of a metre; isotropic, of extinction 1 in each channel.
     fn default() -> Self {
         Self {
             world_from_index: Affine3A::IDENTITY,
@@ -53,15 +54,16 @@ impl Default for Grid {
     }
 }
 
-/// A box of a grid. It has the cells whose lowest corner is one of its voxels: where its density is not constant,
-/// `[origin, origin + 8)` with 9 values along each edge, the last being the next brick's first.
+/// A box of a grid. It covers the cells whose lowest corner is one of its voxels: where its density is not
+/// constant, `[origin, origin + 8)` with 9 values along each edge, the last of which is the next brick's
+/// first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Brick {
     /// Its lowest voxel, index space.
     pub origin: IVec3,
     /// Its density.
     pub density: Density,
-    /// Temperatures of its voxels \[K\], with [`Grid::emission`] what it glows by; of voxels only.
+    /// Temperatures of its voxels \[K\], by which it glows with [`Grid::emission`]; only for voxels.
     pub temperature: Option<Voxels>,
 }
 
@@ -114,8 +116,8 @@ impl Voxels {
 }
 
 impl Brick {
-    /// Bricks of all cells of which some corner is among the voxels from `min` to `max`, inclusive, and has a `density`
-    /// above 0. The density of all other voxels counts as 0. Origins are multiples of 8.
+    /// Bricks of all cells of which some corner is among the voxels from `min` to `max`, inclusive, and has a
+    /// `density` above 0. The density of all other voxels counts as 0. Origins are multiples of 8.
     pub fn of_voxels(min: IVec3, max: IVec3, density: impl Fn(IVec3) -> f32) -> Vec<Self> {
         let size = IVec3::splat(BRICK_SIZE as i32);
         let within = |voxel: IVec3| voxel.cmpge(min).all() && voxel.cmple(max).all();
@@ -157,7 +159,7 @@ impl Brick {
         }
     }
 
-    /// What is wrong with it: it can be left out then, and nothing else changes.
+    /// Reason to leave it out, which changes nothing else; `None` if it is valid.
     pub fn problem(&self) -> Option<&'static str> {
         let (size, far) = (self.size(), MAX_INDEX);
         let is_density = |density: f32| density.is_finite() && density >= 0.0;
@@ -184,7 +186,7 @@ impl Brick {
 }
 
 impl Grid {
-    /// What is wrong with the grid itself, apart from its bricks and its material.
+    /// Fault of the grid itself, apart from its bricks and its material.
     pub fn problem(&self) -> Option<&'static str> {
         /// Least ratio of a grid's volume to that of a box with its edges.
         const FLATTEST: f32 = 1e-4;

@@ -1,5 +1,5 @@
 //! The sun of an environment's image.
-use super::environment::{Map, SunDisc};
+use super::environment::{RadianceMap, SunDisc};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -16,14 +16,15 @@ pub struct ImageSun {
 
 /// Largest angle between the middle of an image's sun and its rim \[radians\].
 const SUN_REACH: f32 = 0.06;
-/// How much brighter than the mean of all around a sun is at least.
+/// Least ratio of a sun's brightness to the mean around it.
 const SUN_EXCESS: f32 = 20.0;
-/// Least light of a sun, as a share of what even light as bright as all else sends.
+/// Least light of a sun, as a share of the light of a uniform sky as bright as everything else.
 const SUN_SHARE: f32 = 0.3;
 
-impl Map {
-    /// Takes the sun out of the map: what is [`SUN_EXCESS`] times brighter than the mean around the brightest texel, if
-    /// that sends more light than [`SUN_SHARE`] of what all else sends to a surface that faces it.
+impl RadianceMap {
+    /// Takes the sun out of the map: the texels [`SUN_EXCESS`] times brighter than the mean around the
+    /// brightest texel, if they send more light than [`SUN_SHARE`] of all other light to a surface that faces
+    /// them.
     pub(super) fn take_sun(&mut self) -> Option<ImageSun> {
         let power = |radiance: Vec3| radiance.element_sum();
         let brightest = (0..self.texels.len())

@@ -16,7 +16,8 @@ pub enum LightKind {
         position: Vec3,
         /// Direction of the cone's axis, away from the light: world space, any length.
         direction: Vec3,
-        /// Opening angle of the whole cone, above 0 and below pi \[radians\]. It has a soft edge: [`Light::inner_angle`].
+        /// Opening angle of the whole cone, above 0 and below pi \[radians\]. It has a soft edge:
+        /// [`Light::inner_angle`].
         angle: f32,
     },
     /// Rays from a point in all directions.
@@ -27,7 +28,7 @@ pub enum LightKind {
 }
 
 impl LightKind {
-    /// The kind with a unit direction. A direction that is unit up to rounding keeps its bits; an invalid
+    /// The kind with a unit direction. A direction of unit length up to rounding keeps its bits; an invalid
     /// one ([`Light::check`]) points down.
     #[must_use]
     pub fn with_unit_direction(self) -> Self {
@@ -85,11 +86,11 @@ pub struct InvalidLight {
 pub struct Cascades {
     /// Number of cascades, clamped to 1..=6. Default 4.
     pub count: u32,
-    /// Weight of the practical split (Zhang et al. 2006), 0..=1: 0 cuts the range evenly, 1 by equal ratios. Default 0.8.
+    /// Practical split (Zhang et al. 2006), 0..=1: 0 for equal ranges, 1 for equal ratios. Default 0.8.
     pub lambda: f32,
     /// Share of a map's half edge over which it fades into the next, 0..=0.5. Default 0.1.
     pub fade: f32,
-    /// Distance from the camera up to which there are shadows, above 0 \[m\]; the extent of the scene when `None`.
+    /// Distance from the camera up to which there are shadows, above 0 \[m\]; when `None`, all of the scene.
     pub range: Option<f32>,
 }
 
@@ -122,16 +123,15 @@ pub const MAX_CASCADES: u32 = 6;
 /// Most shadows of a light, including its own.
 pub const MAX_SHADOWS: usize = 4;
 
-/// Most rays along the edge of a texel that glass bends.
+/// Largest number of rays along the edge of a texel that glass refracts.
 pub const MAX_CAUSTIC_RAYS: u32 = 8;
-/// Largest map in which bent light lands \[texels\].
+/// Largest map on which refracted light lands \[texels\].
 pub const MAX_CAUSTIC_SIZE: u32 = 2048;
 
 /// One shadow of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shadow {
-    /// Light that the shadow is rendered from: a standard map for a direction or a cone, a cube map for a
-    /// point.
+    /// Light that the shadow is rendered from: a map for a direction or a cone, a cube map for a point.
     pub kind: LightKind,
     /// First depth of its views \[m\]; chosen from the bounds when `None`.
     pub near: Option<f32>,
@@ -145,11 +145,11 @@ pub struct Shadow {
 
 /// A light and its shadows.
 ///
-/// From frame to frame [`Self::color`], [`Self::intensity`], [`Self::look_up`] and [`Self::shafts`] cost nothing but the bytes
-/// that are written. [`Self::kind`], [`Self::near`], [`Self::far`] and the extent of [`Self::cascades`] change views, whose maps
-/// are rendered anew. [`Self::size`], [`Self::casts`] and the numbers of [`Self::cascades`] and [`Self::shadows`] change the atlas,
-/// too: maps that stay are copied. The size of a [`Self::source`] costs its levels, which are made in every frame; its kind
-/// nothing more.
+/// From frame to frame, [`Self::color`], [`Self::intensity`], [`Self::look_up`] and [`Self::shafts`] cost
+/// only the bytes written. [`Self::kind`], [`Self::near`], [`Self::far`] and the extent of [`Self::cascades`]
+/// change views, whose maps are rendered anew. [`Self::size`], [`Self::casts`] and the numbers of
+/// [`Self::cascades`] and [`Self::shadows`] also change the atlas: maps that stay are copied. The size of a
+/// [`Self::source`] costs its levels, which are made in every frame; its kind costs nothing more.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     /// Name for people and file names; masks keep the slots of lights by it. Default `light`.
@@ -158,42 +158,41 @@ pub struct Light {
     pub kind: LightKind,
     /// Linear rgb, 0 or more. Default white.
     pub color: Vec3,
-    /// Irradiance of a directional light at normal incidence; intensity of the others, which falls
-    /// off with the square of the distance \[m\]. 0 or more; default 1.
+    /// Irradiance at normal incidence: of a directional light, or at 1 m from others. 0 or more; default 1.
     pub intensity: f32,
-    /// First depth of the shadow views, 0 or more, above 0 for spots and points \[m\]. Default `None`: chosen from the bounds.
+    /// First depth of the shadow views, above 0 for spots and points \[m\]. Default `None`: from the bounds.
     pub near: Option<f32>,
-    /// Last depth of the shadow views, beyond the first \[m\]. Default `None`: chosen from the bounds. The light of a spot or
-    /// a point fades out towards it, and has no end when `None`.
+    /// Last depth of the shadow views, beyond the first \[m\]. The light of a spot or point fades out towards
+    /// it. Default `None`: chosen from the bounds, and the light has no end.
     pub far: Option<f32>,
-    /// Edge of each view's map, 16..=4096 \[texels\]. Default `None`: up to the scene's, by the light's importance in
-    /// the picture.
+    /// Edge of each view's map, 16..=4096 \[texels\]. Default `None`: by importance, up to the scene's.
     pub size: Option<u32>,
-    /// Opening angle of a spot's inner cone, 0 up to the whole \[radians\]: all of its light is within, and up to the whole cone
-    /// it falls by the square of the cosine's share of the way (glTF `KHR_lights_punctual`). Default `None`: 0.85 of the whole,
-    /// from which it falls by a cubic: half is left at 0.93 of the cone's angle, which is about 0.9 of its tangent.
+    /// Opening angle of a spot's inner cone, 0 up to the whole \[radians\], with full light. Towards the
+    /// whole cone, light falls by the square of the cosine's share (glTF `KHR_lights_punctual`). Default
+    /// `None`: 0.85 of the whole, from which it falls by a cubic: to half at 0.93 of the angle, about 0.9 of
+    /// its tangent.
     pub inner_angle: Option<f32>,
-    /// Distance at which the light of a spot or a point ends, above 0 \[m\]: it falls by `1 - (distance / end)^4` as well (glTF's
-    /// `range`). Default `None`: as [`Self::far`] says.
+    /// Distance at which the light of a spot or point ends, above 0 \[m\]: it also falls by
+    /// `1 - (distance / end)^4` (glTF's `range`). Default `None`: as for [`Self::far`].
     pub end: Option<f32>,
     /// Whether the light has shadow views at all. Default true.
     pub casts: bool,
     /// Cascades of a directional light. Default `None`: one view that fits the whole scene.
     pub cascades: Option<Cascades>,
-    /// Further shadows of the same light, at most three; more are ignored. Default none. Per channel, the shadow that
-    /// transmits the least light counts; outside its maps a further shadow transmits everything.
+    /// Further shadows, at most three; more are ignored. Per channel, the shadow with the least light counts;
+    /// outside its maps, a further shadow transmits everything. Default none.
     pub shadows: Vec<Shadow>,
     /// Whether the air scatters its light, if the scene has air. Default true.
     pub shafts: bool,
     /// Emitting surface of an area light, which gives penumbrae. Default `None`: a point.
     pub source: Option<Source>,
-    /// Equal parts of the source, each of which has maps of its own, seen from its middle (Heckbert and Herf 1997), and
-    /// penumbrae of its own size: 1..=[`MAX_VIEWPOINTS`], of round sources 1 or 3 and more, of a point light's sphere 1, 4 or 8. What they let
-    /// through is averaged. Maps and look-ups cost that many times as much. Default 1.
+    /// Parts of the source (Heckbert and Herf 1997), each with maps from its middle and penumbrae of its own
+    /// size: 1..=[`MAX_VIEWPOINTS`]; for round sources 1 or at least 3, for a point light's sphere 1, 4 or 8.
+    /// Their light is averaged. Maps and look-ups cost that many times as much. Default 1.
     pub viewpoints: u32,
-    /// Rays along each edge of a texel that faces with [`Fresnel::Face`](super::Fresnel::Face) bend, up to [`MAX_CAUSTIC_RAYS`]:
-    /// their light lands elsewhere on what is opaque, instead of in the straight shadow. Default 0: shadows are straight. Of a
-    /// directional light or a spot with one map of at most [`MAX_CAUSTIC_SIZE`] texels a side.
+    /// Rays along each edge of a texel, up to [`MAX_CAUSTIC_RAYS`], that faces with
+    /// [`Fresnel::Face`](super::Fresnel::Face) refract onto opaque surfaces. For a directional light or a
+    /// spot with one map of at most [`MAX_CAUSTIC_SIZE`] texels a side. Default 0: straight shadows.
     pub caustics: u32,
     /// How receivers read its maps. Default: as [`ShadowSettings`](super::ShadowSettings) says.
     pub look_up: LookUp,
@@ -224,14 +223,13 @@ impl Default for Light {
     }
 }
 
-/// What a light with a size was given when its scene was loaded.
+/// Choices for a light with a size when its scene was loaded.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SoftLight {
     /// Name of the light.
     pub light: String,
-    /// Edge of its maps by which nearly all of its penumbrae, seen or not, have three texels; 0 if it has none
-    /// \[texels\].
+    /// Edge of its maps at which nearly all its penumbrae span three texels; 0 if it has none \[texels\].
     pub asked: u32,
     /// Edge of its maps \[texels\].
     pub size: u32,
@@ -240,7 +238,7 @@ pub struct SoftLight {
 }
 
 impl Shadow {
-    /// Why its depths or cascades cannot be used.
+    /// Fault of its depths or cascades.
     fn problem(&self) -> Option<&'static str> {
         // The planes of a sun may be behind the middle of the scene.
         let first = match self.kind {
@@ -288,8 +286,8 @@ impl Light {
 
     /// Checks all numbers of the light and its further shadows. `index`: the light's.
     ///
-    /// # Errors
-    /// If a number is not as its field says: not finite, a direction of zero, a cone without an angle, a negative size.
+    /// If a number contradicts its field's documentation: not finite, a direction of zero, a cone without an
+    /// angle, a negative size.
     pub fn check(&self, index: usize) -> Result<(), InvalidLight> {
         let kinds =
             std::iter::once(&self.kind).chain(self.shadows.iter().map(|shadow| &shadow.kind));
@@ -319,7 +317,7 @@ impl Light {
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
     }
 
-    /// Why its caustics cannot be made.
+    /// Reason why its caustics cannot be made.
     pub fn caustics_problem(&self) -> Option<&'static str> {
         let is_one = self.view_count() == 1 && self.area().is_none();
         if self.caustics == 0 {
@@ -350,7 +348,7 @@ impl Light {
         }
     }
 
-    /// Its own shadow, one for each of its source's parts, then the further ones; none if the light casts no shadows.
+    /// Its own shadow, one per part of its source, then the further ones; none if the light casts none.
     pub fn all_shadows(&self) -> impl Iterator<Item = Shadow> + '_ {
         let Self { near, far, size, cascades, .. } = *self;
         let count = self.viewpoint_count();
@@ -364,7 +362,7 @@ impl Light {
         self.area().map_or(1, |_| self.viewpoints.clamp(1, MAX_VIEWPOINTS))
     }
 
-    /// The light from the middle of a part of its source, or, of a sun, its direction.
+    /// The light from the middle of a part of its source; for a sun, its direction.
     fn viewpoint(&self, index: u32) -> LightKind {
         let Some(source) = self.area().filter(|_| self.viewpoint_count() > 1) else {
             return self.kind;
@@ -392,7 +390,7 @@ impl Light {
         self.all_shadows().map(|shadow| shadow.view_count()).sum()
     }
 
-    /// Distance from which its irradiance is below 0.01 \[m\]; infinite for a directional light.
+    /// Distance beyond which its irradiance is below 0.01 \[m\]; infinite for a directional light.
     pub fn reach(&self) -> f32 {
         match self.kind {
             LightKind::Directional { .. } => f32::INFINITY,

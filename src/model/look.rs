@@ -1,4 +1,4 @@
-//! How a picture looks.
+//! Looks of a picture: tone curve, occlusion and lens.
 
 /// Tone curve from light to the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -9,30 +9,30 @@ pub enum Tone {
     /// Khronos PBR Neutral (2024): colours as they are, only highlights are compressed.
     #[default]
     Neutral,
-    /// None: light up to 1, the rest is cut.
+    /// No curve: light up to 1; brighter light is cut.
     Linear,
-    /// A film's toe and shoulder for each channel, by which bright colours turn white: Narkowicz 2015, "ACES Filmic
-    /// Tone Mapping Curve".
+    /// A film's toe and shoulder for each channel, which turn bright colours white: Narkowicz 2015, "ACES
+    /// Filmic Tone Mapping Curve".
     Filmic,
 }
 
-/// Occlusion of ambient light by what is seen around a surface.
+/// Occlusion of ambient light by the visible surfaces around a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Occlusion {
-    /// None: ambient light comes from everywhere.
+    /// No occlusion: ambient light comes from everywhere.
     #[default]
     None,
-    /// By what is nearer than a tenth of the picture's height at the surface's distance.
+    /// By surfaces nearer than a tenth of the picture's height at the surface's distance.
     Usual,
-    /// By what is nearer than this, above 0 \[m\].
+    /// By surfaces nearer than this, above 0 \[m\].
     Radius(f32),
 }
 
-/// Lens of a camera: what is not at its distance is blurred.
+/// Lens of a camera: it blurs what is out of focus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Lens {
-    /// Radius \[m\]; 0, the default: all is sharp.
+    /// Radius \[m\]; 0, the default: everything is sharp.
     pub radius: f32,
-    /// Distance along the axis of what is sharp \[m\]; that of the target when `None`.
+    /// Distance of the focal plane along the axis \[m\]; the target's when `None`.
     pub focus: Option<f32>,
 }

@@ -1,7 +1,7 @@
 //! Shadow look-up of a light: filter and biases.
 
-/// Shadow filter: which texels around a receiver are compared, each on its own, and their weights. The same
-/// for opaque and translucent casters.
+/// Shadow filter: the texels around a receiver that are compared, each on its own, and their weights. The
+/// same for opaque and translucent casters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ShadowFilter {
     /// The receiver's own texel.
@@ -45,7 +45,7 @@ impl ShadowFilter {
     }
 }
 
-/// Shadow look-up of one light: what differs from [`ShadowSettings`](super::ShadowSettings).
+/// Shadow look-up of one light, where it differs from [`ShadowSettings`](super::ShadowSettings).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LookUp {
     /// Replaces [`super::ShadowSettings::filter`].

@@ -7,14 +7,15 @@ pub struct MaskSettings {
     pub half: bool,
     /// Taps of the mask's blur along each axis: odd, 3..=15; 1 for no blur. Default 7.
     pub taps: u32,
-    /// Distance from the eye up to which the blur has its full width; beyond, it narrows with distance \[m\].
+    /// Distance from the eye up to which the blur has its full width \[m\]; beyond, it narrows with distance.
     /// 0, the default: full width everywhere.
     pub depth_scale: f32,
-    /// Whether the blur narrows on the screen along the directions in which a surface is slanted, so that it
-    /// spans the same distances on a floor seen at a grazing angle as on a wall that faces the eye. Default false.
+    /// Whether the blur narrows along the directions in which a surface is slanted on the screen, so that it
+    /// spans the same distances on a floor seen at a grazing angle as on a wall that faces the eye. Default
+    /// false.
     pub anisotropic: bool,
-    /// Edge-stopping strength of the blur: the reciprocal of the distance off a pixel's plane at which
-    /// another surface counts no more, as a share of the distance from the eye; above 0. Default 100.
+    /// Edge-stopping strength of the blur: the reciprocal of the distance from a pixel's plane beyond which
+    /// another surface does not count, as a share of the distance from the eye; above 0. Default 100.
     pub sensitivity: f32,
     /// Most masks of a picture; further lights are shaded without one, and counted.
     /// 1..=64. Default 16.

@@ -2,8 +2,8 @@
 use super::{Bounds, GaussianOpacity, LightKind, Scene};
 use glam::Vec3;
 
-/// Largest unnoticed error of a shadow, as a share of a particle's radius or of the scene's: 1/256 of the
-/// radius is 0.6% of a soft disc's opacity.
+/// Largest unnoticed error of a shadow, as a share of a particle's or the scene's radius: 1/256 of the radius
+/// is 0.6% of a soft disc's opacity.
 const SEEN: f32 = 1.0 / 256.0;
 /// Distance from the origin, in sizes of the scene, from which an axis is re-centred.
 const FAR: f32 = 8.0;
@@ -58,7 +58,7 @@ impl Scene {
         self.origin += by;
     }
 
-    /// Rounding of positions, and the size that it is compared with \[m\]; `None` for an empty scene.
+    /// Rounding of positions, and the size to compare it with \[m\]; `None` for an empty scene.
     fn rounding(&self, bounds: &Bounds) -> Option<(f32, f32)> {
         if bounds.is_empty() {
             return None;

@@ -1,4 +1,4 @@
-//! The scene: everything a frame is made from.
+//! The scene: all inputs of a frame.
 use super::{
     Air, Bounds, Camera, Casters, ClusterSettings, Course, Environment, FARTHEST, Gaussian, Grid,
     IRRADIANCE, Lens, Light, MaskSettings, Material, Occlusion, Particle, ShadowSettings, Skipped,
@@ -11,8 +11,8 @@ use std::sync::Arc;
 /// Most samples per pixel of a picture.
 pub const MAX_SAMPLES: u32 = 64;
 
-/// Everything a frame is made from, in world space (less [`Self::origin`]). Every number is finite and in
-/// range: invalid inputs are counted in `skipped`.
+/// All inputs of a frame, in world space (less [`Self::origin`]). Every number is finite and in range:
+/// invalid inputs are counted in `skipped`.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// World position of the scene's (0, 0, 0) \[m\]: distant scenes are re-centred.
@@ -23,16 +23,16 @@ pub struct Scene {
     pub exposure: f32,
     /// Samples per pixel of the picture, clamped to 1..=[`MAX_SAMPLES`].
     pub samples: u32,
-    /// How far right of and below its middle the camera's axis meets the picture \[pixels\], at most a pixel.
+    /// Offset of the camera's axis from the picture's middle, right and down \[pixels\], at most a pixel.
     pub shift: Vec2,
-    /// Lens of the camera, each of whose samples has its own place on it.
+    /// Lens of the camera; each sample has its own point on it.
     pub lens: Lens,
     /// Share of the time between two frames for which the camera's shutter is open, 0..=1:
     /// `Renderer::render_at` gives each sample its own time.
     pub shutter: f32,
     /// Occlusion of the picture's ambient light.
     pub occlusion: Occlusion,
-    /// Share of the picture's light that spreads around as in a lens, 0..=1.
+    /// Share of the picture's light that spreads as in a lens, 0..=1.
     pub bloom: f32,
     /// Tone curve of the picture.
     pub tone: Tone,
@@ -61,15 +61,15 @@ pub struct Scene {
     pub grids: Vec<Grid>,
     /// Hair, ribbons and trails.
     pub strands: Vec<Strand>,
-    /// Bounds of casters that are left out, but have the views fitted to them as well: those of other shares.
+    /// Bounds of casters that are left out but counted when views are fitted: those of other shares.
     pub around: Bounds,
-    /// What its frames have in common, if it moves: its views are the same in all of them.
+    /// Values that the frames of a moving scene share, so that their views are the same.
     pub course: Course,
-    /// What lights with a size were given when the scene was loaded.
+    /// Choices for lights with a size when the scene was loaded.
     pub soft: Vec<SoftLight>,
     /// Ambient radiance if there is no environment: linear rgb.
     pub ambient: Vec3,
-    /// Background radiance that the camera sees and mirrors show if there is no environment: linear rgb.
+    /// Background radiance that the camera and mirrors see if there is no environment: linear rgb.
     pub background: Vec3,
     /// Environment that lights the scene, is mirrored and is seen.
     pub environment: Option<Arc<Environment>>,
@@ -93,41 +93,41 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
         false
     }
 
-    /// Most particles that it sends out at a time.
+    /// Largest number of particles that it emits at a time.
     fn most_particles(&self) -> u64 {
         0
     }
 
-    /// Most bricks of a volume that it makes.
+    /// Largest number of bricks of its volume.
     fn most_bricks(&self) -> u64 {
         0
     }
 
-    /// Most vertices of the strands that its particles drag at a time.
+    /// Largest number of vertices of its particles' trails at a time.
     fn most_vertices(&self) -> u64 {
         0
     }
 
-    /// Most steps of particles that a frame on its own takes.
+    /// Largest number of particle steps that a single frame takes.
     fn most_steps(&self) -> u64 {
         0
     }
 
-    /// Index of its first particle in the scene, if it sends any out.
+    /// Index of its first particle in the scene, if it emits any.
     fn first_particle(&self) -> Option<usize> {
         None
     }
 
-    /// First and last time at which it moves triangles, lights or the camera \[s\]; `None` if it moves none of them.
+    /// First and last time at which it moves triangles, lights or the camera \[s\]; `None` if it moves none.
     fn span(&self) -> Option<[f64; 2]> {
         None
     }
 
-    /// Sets lights and the camera alone to their state at `seconds` from the start.
+    /// Sets only lights and the camera to their state at `seconds` from the start.
     fn steer(&self, _scene: &mut Scene, _seconds: f64) {}
 
-    /// Box around where that of what it moves ever is whose material is `wanted` \[m\]: about, and empty where that is
-    /// not known.
+    /// Approximate box around all places, over all time, of its moving parts whose material is `wanted`
+    /// \[m\]; empty where that is not known.
     fn reach(&self, _wanted: &dyn Fn(u32) -> bool) -> Bounds {
         Bounds::EMPTY
     }
@@ -144,27 +144,27 @@ pub trait Motion: std::fmt::Debug + Send + Sync {
     }
 }
 
-/// Reasons in [`Scene::skipped`] of what motions leave out at the present time.
+/// Reasons in [`Scene::skipped`] for parts that motions leave out at the present time.
 pub mod moved {
-    /// Of a particle.
+    /// A particle is too far away.
     pub const PARTICLE: &str = "particle moved too far";
     pub(crate) const TRIANGLE: &str = "triangle moved too far";
-    /// Of a Gaussian.
+    /// A Gaussian is too far away.
     pub const GAUSSIAN: &str = "gaussian moved too far";
-    /// Of a strand.
+    /// A strand is too far away.
     pub const STRAND: &str = "strand moved too far";
-    /// Of a light or the camera.
+    /// A light or the camera is too far away.
     pub const NODE: &str = "light or camera moved too far";
-    /// Of a volume whose file cannot be read at that time.
+    /// The file of a volume at that time cannot be read.
     pub const FRAME: &str = "file of a volume's frame not read";
-    /// Of a volume at that time.
+    /// A voxel of a volume at that time is invalid.
     pub const VOXEL: &str = "voxel of a volume's frame below 0 or not finite";
     pub(super) const ALL: [&str; 7] = [PARTICLE, TRIANGLE, GAUSSIAN, STRAND, NODE, FRAME, VOXEL];
 }
 
 impl Scene {
     /// Sample offsets from the pixel's centre \[pixels\]: the R2 sequence (Roberts 2018), with its mean at
-    /// the centre, and [`Self::shift`] the other way.
+    /// the centre, less [`Self::shift`].
     pub fn sample_offsets(&self) -> impl Iterator<Item = Vec2> {
         const STEP: DVec2 = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
         let count = self.samples.clamp(1, MAX_SAMPLES);
@@ -174,7 +174,8 @@ impl Scene {
         (0..count).map(move |i| (offset(i) - mean).as_vec2() - shift)
     }
 
-    /// Places of the samples on the lens \[m\], to the right and up: a spiral of equal areas around its middle (Vogel 1979).
+    /// Places of the samples on the lens \[m\], to the right and up: a spiral of equal areas around its
+    /// middle (Vogel 1979).
     pub fn lens_points(&self) -> impl Iterator<Item = Vec2> {
         let count = self.samples.clamp(1, MAX_SAMPLES);
         let radius = self.lens.radius;
@@ -236,12 +237,12 @@ impl Scene {
     pub fn casters(&self) -> Casters<'_> {
         let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
             self;
-        // A frame must not depend on how particles were grouped in the one before.
+        // A frame must not depend on how particles were grouped in an earlier one.
         let in_order = self.motions.iter().any(|motion| motion.moves_particles());
         Casters { particles, gaussians, triangles, grids, strands, materials, textures, in_order }
     }
 
-    /// Frames per second where frames are numbered.
+    /// Frames per second of numbered frames.
     pub const FRAME_RATE: f64 = 24.0;
 
     /// Sets the animated parts to their state at a time \[s\].
@@ -263,8 +264,8 @@ impl Scene {
         self.motions = motions;
     }
 
-    /// Triangles that reach too far become points of another one, so that they change neither a texel nor the bounds.
-    /// Returns their number.
+    /// Turns triangles that reach too far into points of another triangle, so that they change neither a
+    /// texel nor the bounds. Returns their number.
     pub fn leave_out_far_triangles(&mut self) -> u64 {
         let is_near = |triangle: &Triangle| {
             let mut corners = triangle.positions.into_iter();
@@ -280,8 +281,8 @@ impl Scene {
         far.len() as u64
     }
 
-    /// Leaves emitters to the device that renders, from the next [`Self::set_time`] on. `most`: particles that
-    /// a buffer of the device holds. Returns, for each emitter that stays on the CPU, why.
+    /// Leaves emitters to the device that renders, from the next [`Self::set_time`] on. `most`: particles
+    /// that a buffer of the device holds. Returns the reason for each emitter that stays on the CPU.
     pub fn simulate_on_device(&mut self, most: u64) -> Vec<String> {
         let mut all = Vec::new();
         for motion in &mut self.motions {

@@ -6,18 +6,19 @@ use super::ShadowFilter;
 #[cfg_attr(feature = "serde", derive(serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Receiver {
-    /// The whole filter map behind the nearest translucent depth, none in front of it.
+    /// The whole filter map behind the nearest translucent depth; nothing in front of it.
     #[default]
     Nearest,
-    /// The transmittance curve: the product over the casters in front of the receiver only.
+    /// The transmittance curve: the product over only the casters in front of the receiver.
     Curve,
 }
 
-/// How shadow maps are made and read: the `[shadow]` table of a scene.
+/// Settings by which shadow maps are made and read: the `[shadow]` table of a scene.
 ///
-/// They are for settings, not for frames. Another [`Self::filter`] or bias costs commands, made anew of the same objects;
-/// [`Self::pair_budget`] and [`Self::texel_budget`] memory and commands; all others render every view anew, into maps that are
-/// allocated anew, by kernels that may be compiled first (`Shadows::pending`).
+/// They are not meant to change from frame to frame. Another [`Self::filter`] or bias costs commands, made
+/// anew of the same objects; [`Self::pair_budget`] and [`Self::texel_budget`] cost memory and commands; all
+/// others render every view anew, into newly allocated maps, by kernels that may have to be compiled first
+/// (`Shadows::pending`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowSettings {
     /// Edge of a view's map \[texels\], [`MIN_MAP_SIZE`]..=[`MAX_MAP_SIZE`]. Default 1024.
@@ -28,38 +29,44 @@ pub struct ShadowSettings {
     pub nodes: u32,
     /// Shadow filter of lights without their own. Default [`ShadowFilter::Spline`].
     pub filter: ShadowFilter,
-    /// Distance behind a stored depth from which a receiver is shadowed, 0 or more \[m\]; for lights without their own.
-    /// Default none: a quarter of a texel there, on slopes as much as [`Self::normal_bias`] asks for, of lights with a size four
-    /// texels, within 2^-15 and 2^-9 of the view's depth range, so that scenes of any size have the same shadows.
+    /// Distance behind a stored depth from which a receiver is shadowed, 0 or more \[m\]; for lights without
+    /// their own. Default none: a quarter of a texel there, on slopes as much as [`Self::normal_bias`] asks
+    /// for, for lights with a size four texels, within 2^-15 and 2^-9 of the view's depth range, so that
+    /// scenes of any size have the same shadows.
     pub bias: Option<f32>,
-    /// Slope-scaled bias: adds the depth by which the lit surface falls over so many texels, 0 or more
-    /// \[texels\]; for lights without their own. Default 0.
+    /// Slope-scaled bias: the depth by which the lit surface falls over so many texels, 0 or more \[texels\];
+    /// for lights without their own. Default 0.
     pub slope_bias: f32,
-    /// Normal offset of a lit point before the look-up, in addition to what a filter wider than the default
-    /// needs, 0 or more \[texels\]; for lights without their own. Default 1.5.
+    /// Normal offset of a lit point before the look-up, added to that of a filter wider than the default, 0
+    /// or more \[texels\]; for lights without their own. Default 1.5.
     pub normal_bias: f32,
-    /// Pair capacity of one batch of views, 16 bytes a pair, at most [`MAX_PAIRS`]; past it, tiles are walked some at a
-    /// time, which changes no bit of filters and curves. Default [`MAX_PAIRS`]: memory is taken for what a frame
-    /// needs, at most 2^26 pairs.
+    /// Pair capacity of one batch of views, 16 bytes a pair, at most [`MAX_PAIRS`]; past it, tiles are walked
+    /// some at a time, which changes no bit of filters and curves. Default [`MAX_PAIRS`]: a frame takes only
+    /// the memory that it needs, for at most 2^26 pairs.
     pub pair_budget: u32,
-    /// Texel capacity of the maps of all views together; maps are halved until they fit. Default
-    /// 2^27: 1 GiB of filters and half as much of depths each.
+    /// Texel capacity of the maps of all views together; maps are halved until they fit. Default 2^27: 1 GiB
+    /// of filters and half as much for each kind of depths.
     pub texel_budget: u64,
-    /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern. Default false.
+    /// What the curves of all views may take together \[bytes\]: with more they have half of [`Self::nodes`], or four, and where
+    /// these do not fit, receivers read nearest depths ([`Self::within_curve_budget`]); `Counters::nodes_dropped` says so.
+    /// Default 2^31: 8 nodes for 32 maps of 1024 x 1024.
+    pub curve_budget: u64,
+    /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern. Default
+    /// false.
     pub soften: bool,
     /// Whether dithered casters use a threshold of their own per channel. Default false.
     pub colored: bool,
-    /// Radius of the window over which filter maps and curves are blurred by a Gaussian,
-    /// 0..=[`MAX_BLUR`]; the nearest translucent depth becomes that of the window \[texels\]. Default 0: no blur.
+    /// Radius of the window over which a Gaussian blurs filter maps and curves, 0..=[`MAX_BLUR`] \[texels\];
+    /// the nearest translucent depth becomes the window's. Default 0: no blur.
     pub blur: u32,
-    /// Whether pictures of a scene have further maps of finer texels where they show edges of shadows in coarse ones. Default
-    /// false; a scene file's is true. What a host renders has its own views.
+    /// Whether pictures of a scene get further maps of finer texels where coarse ones would show at edges of
+    /// shadows. Default false; true for a scene file. A host passes views of its own.
     pub detail: bool,
-    /// Whether lights with a size of a scene file get as many texels and viewpoints as their penumbrae ask for. Default false; a
-    /// scene file's is true. What a host renders has its own.
+    /// Whether lights with a size get as many texels and viewpoints as their penumbrae need. Default false;
+    /// true for a scene file. A host chooses its own.
     pub soft_detail: bool,
-    /// Texel capacity of the maps of lights with a size, past which they are given no more than they have without
-    /// [`Self::soft_detail`]. Default 2^24.
+    /// Texel capacity of the maps of lights with a size, past which [`Self::soft_detail`] adds nothing.
+    /// Default 2^24.
     pub soft_budget: u64,
     /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`]. Default 0.
     pub mips: u32,
@@ -102,6 +109,7 @@ impl Default for ShadowSettings {
             normal_bias: 1.5,
             pair_budget: MAX_PAIRS,
             texel_budget: 1 << 27,
+            curve_budget: 1 << 31,
             soften: false,
             colored: false,
             blur: 0,

@@ -9,7 +9,8 @@ pub struct StrandVertex {
     pub position: Vec3,
     /// At least 0; 0 for a tip \[m\].
     pub radius: f32,
-    /// Linear rgba, 0..=1 (rgb 16 with `gain`); multiplies the material's tint. A capsule has the mean of its ends.
+    /// Linear rgba, 0..=1 (rgb 16 with `gain`); multiplies the material's tint. A capsule has the mean of its
+    /// ends.
     pub color: Vec4,
 }
 
@@ -20,8 +21,9 @@ impl StrandVertex {
     }
 }
 
-/// A polyline with a radius and a colour at each vertex. Between two neighbours it is a *capsule*: the part of a cone
-/// between two planes. Inner planes bisect the angle between the neighbours, so that no point is in two capsules.
+/// A polyline with a radius and a colour at each vertex. Between two neighbours it is a *capsule*: a cone
+/// between two planes. Inner planes bisect the angle between the neighbours, so that no point is in two
+/// capsules.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Strand {
     /// At least two, in order.
@@ -47,11 +49,11 @@ pub struct Capsule {
 
 /// Least cosine of a turn at which neighbours share a plane: 90 degrees.
 const SHARP: f32 = 1e-3;
-/// Most change of the radius over the length with which neighbours share a plane.
+/// Largest change of the radius over the length at which neighbours share a plane.
 const STEEP: f32 = 0.25;
 
 impl Strand {
-    /// The strand under `world`; radii by the mean of its scales.
+    /// The strand transformed by `world`; radii scale by the mean of its scales.
     #[must_use]
     pub fn placed(&self, world: &Mat4) -> Self {
         let scale = Mat3::from_mat4(*world).determinant().abs().cbrt();
@@ -63,8 +65,7 @@ impl Strand {
         Self { vertices: self.vertices.iter().map(vertex).collect(), ..*self }
     }
 
-    /// Why it cannot be used, in a few words; `None` if it can. `max_color`: [`super::Transfer::max_color`] of its
-    /// material.
+    /// Short reason why it cannot be used; `None` if it can. `max_color`: its [`super::Transfer::max_color`].
     pub fn problem(&self, max_color: f32) -> Option<&'static str> {
         let all = || self.vertices.iter();
         let finite = |v: &StrandVertex| {
@@ -92,7 +93,7 @@ impl Strand {
         }
     }
 
-    /// Vertices that are not where the one before is.
+    /// Vertices that differ in position from the one before.
     fn distinct(&self) -> impl Iterator<Item = &StrandVertex> {
         let mut before = None;
         self.vertices.iter().filter(move |vertex| {
@@ -110,7 +111,7 @@ impl Strand {
             let [a, b] = [vertices[i], vertices[i + 1]];
             (b.radius - a.radius).abs() > STEEP * a.position.distance(b.position)
         };
-        // The plane between segments i - 1 and i; `None` where each ends at its own.
+        // The plane between segments i - 1 and i; `None` where each ends in a plane of its own.
         let between = |i: usize| {
             let [before, after] = [ways.get(i.checked_sub(1)?)?, ways.get(i)?];
             let shares = before.dot(*after) > SHARP && !is_steep(i - 1) && !is_steep(i);
@@ -139,7 +140,7 @@ impl Strand {
 }
 
 impl Capsule {
-    /// Radii of the spheres around its ends, within whose convex hull it is \[m\].
+    /// Radii of the spheres around its ends whose convex hull contains it \[m\].
     pub fn reaches(&self) -> [f32; 2] {
         let along = self.ends[1] - self.ends[0];
         let length = along.length();
@@ -148,8 +149,8 @@ impl Capsule {
     }
 }
 
-/// How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis; `slope` of
-/// the radius. WGSL: `wgsl/project/capsule_extent.wgsl`.
+/// Factor of a capsule's radius up to which it reaches at an end. `cosine`: of the end's plane with the axis;
+/// `slope` of the radius. WGSL: `wgsl/project/capsule_extent.wgsl`.
 pub fn mitre(cosine: f32, slope: f32) -> f32 {
     let cosine = cosine.clamp(0.5, 1.0);
     let tangent = (1.0 - cosine * cosine).sqrt() / cosine;

@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 pub struct VertexColor(pub [u8; 4]);
 
 impl VertexColor {
-    /// Multiplies nothing.
+    /// The neutral factor.
     pub const WHITE: Self = Self([255; 4]);
 
     /// The nearest colour; `rgba`: linear, 0..=1.
@@ -15,7 +15,7 @@ impl VertexColor {
         Self([r, g, b, rgba.w.clamp(0.0, 1.0)].map(|value| (value * 255.0).round() as u8))
     }
 
-    /// As kernels read it.
+    /// The bits that kernels read.
     pub(crate) fn bits(self) -> u32 {
         u32::from_le_bytes(self.0)
     }

@@ -45,8 +45,8 @@ impl ViewRole {
     }
 }
 
-/// One shadow camera: a directional view, a spot, one face of a point light's cube.
-/// View space has x right, y up and looks along -z.
+/// One shadow camera: a directional view, a spot, or one face of a point light's cube. View space has x
+/// right, y up and looks along -z.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// Index into [`crate::model::Scene::lights`]; `None` for the picture's camera.
@@ -69,15 +69,15 @@ pub struct View {
     pub scale: f32,
 }
 
-/// Tiles per row and column of a map of `size` texels. Rows have a multiple of four, so that a row
-/// of texels of 4 bytes is a multiple of the 256 bytes that copies ask for.
+/// Tiles per row and column of a map of `size` texels. Rows have a multiple of four, so that a row of 4-byte
+/// texels is a multiple of the 256 bytes that copies require.
 pub fn tiles_of(size: UVec2) -> UVec2 {
     let tiles = (size + TILE_SIZE - 1) / TILE_SIZE;
     UVec2::new(tiles.x.next_multiple_of(4), tiles.y)
 }
 
 impl View {
-    /// Tiles per row and column: [`tiles_of`] its size.
+    /// Tiles per row and column, by [`tiles_of`].
     pub fn tiles(&self) -> UVec2 {
         tiles_of(self.size)
     }
@@ -120,7 +120,7 @@ impl View {
     }
 }
 
-/// A sample's offset \[pixels\]: that of a lens takes the camera's axis far aside.
+/// Offset of a sample within its pixel \[pixels\]: that of a lens moves the camera's axis by many pixels.
 pub fn within_pixel(offset: Vec2) -> Vec2 {
     if offset.abs().max_element() > 1.0 { offset - offset.round() } else { offset }
 }

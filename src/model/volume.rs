@@ -1,18 +1,18 @@
 //! Absorbing closed meshes (glTF `KHR_materials_volume`).
 //!
-//! The thickness of all volumes of one material along a ray is the sum of the depths of the faces that look
-//! away from the light minus those that look towards it, each at most the opaque depth: sums commute, the
-//! air between two volumes does not count, and no pair of faces has to be found.
+//! Along a ray, the thickness of all volumes of one material is the sum of the depths of the faces turned
+//! away from the light, minus those of the faces turned towards it, each at most the opaque depth: sums
+//! commute, the air between two volumes does not count, and faces need not be paired.
 use crate::model::{Material, Triangle};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
 /// Largest optical depth through one material's volumes: fixed-point sums hold twice that without wrapping.
-/// Anything thicker than a 2,000th of the bounds is black then.
+/// At this bound, anything thicker than a 2,000th of the bounds is black.
 const MAX_TAU: f32 = 16384.0;
 
-/// Absorption coefficient of each material's volumes, per channel [1/m]; zero if it is no volume. Bounded
-/// so that the thickness of everything made of it fits the sums.
+/// Absorption coefficient of each material's volumes, per channel [1/m]; zero if it is no volume. Bounded so
+/// that the sums hold the thickness of all its volumes.
 pub fn absorptions(materials: &[Material], triangles: &[Triangle]) -> Vec<Vec3> {
     let mut bounds = vec![(Vec3::INFINITY, Vec3::NEG_INFINITY); materials.len()];
     let is_volume: Vec<bool> = materials.iter().map(Material::is_volume).collect();

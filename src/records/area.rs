@@ -1,8 +1,8 @@
 //! Area lights, and the levels of their shadow views.
 //!
-//! A *level* of a map has a *block* for each 2^l x 2^l of its texels, and a border of [`SKIRT`] blocks
-//! around them: of a cube's face, those of its neighbours. A block holds the mean of its texels' light
-//! as a function of depth.
+//! A *level* of a map has a *block* for each 2^l x 2^l texels, and a border of [`SKIRT`] blocks around them,
+//! which for a face of a cube come from the neighbouring faces. A block holds the mean light of its texels as
+//! a function of depth.
 use super::{
     AREA_SHIFT, FILTER_SPLINE, GpuLight, GpuView, LIGHT_TEXELS, ROLE_FACE, ROW, VIEW_TEXELS,
     VIEWPOINTS_SHIFT,
@@ -26,8 +26,8 @@ const _: () = assert!(size_of::<GpuArea>() == AREA_TEXELS as usize * 16);
 /// Texels of a [`LeveledView`]. WGSL: `wgsl/records/area.wgsl`.
 pub const LEVELED_TEXELS: u32 = 4;
 const _: () = assert!(size_of::<LeveledView>() == LEVELED_TEXELS as usize * 16);
-/// Most area lights, each of their viewpoints counted: a point that evaluates all of them stays below the 65,535 iterations that llvmpipe
-/// allows an invocation.
+/// Largest number of area lights, counting each viewpoint: a point that evaluates all of them stays below the
+/// 65,535 iterations that llvmpipe allows an invocation.
 pub const MAX_AREAS: usize = 64;
 
 /// Numbers of [`Source`] in [`GpuArea::kind`].
@@ -40,7 +40,8 @@ pub const AREA_SUN: u32 = 2;
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/area.wgsl`.
     pub struct GpuArea {
-        /// First of [`Source::half_axes`] of a part of the source, world space \[m\]; for a sun its x is a slope.
+        /// First of [`Source::half_axes`] of a part of the source, world space \[m\]; for a sun, x is a
+        /// slope.
         pub right: Vec3,
         pub kind: u32,
         pub up: Vec3,
@@ -103,7 +104,7 @@ pub struct LightRecords {
     pub level_ends: Vec<u32>,
 }
 
-/// Indices of the views of each light: a light's are neighbours.
+/// Indices of the views of each light, which are neighbours.
 fn views_by_light(views: &[View]) -> Vec<Range<u32>> {
     let count = views.iter().filter_map(|view| view.light).max().map_or(0, |last| last + 1);
     let mut by_light = vec![0..0; count];
@@ -133,7 +134,7 @@ impl LightRecords {
             let mut gpu_light = GpuLight::new(light, of_light, settings);
             let viewpoints = light.viewpoint_count();
             if let Some(source) = light.area().filter(|_| gpu_light.view_count > 0) {
-                // Area lights filter by their spots.
+                // Area lights filter by their spots instead.
                 gpu_light.taps = FILTER_SPLINE;
                 let first = records.leveled.len() as u32;
                 records.areas.push(GpuArea::new(&source.part(viewpoints), first));

@@ -3,15 +3,16 @@ use glam::UVec2;
 
 /// Most levels.
 const MAX_LEVELS: usize = 8;
-/// Shorter side of the coarsest level, at least \[texels\].
+/// Least length of the coarsest level's shorter side \[texels\].
 const COARSEST: u32 = 4;
 
-/// Levels of what is behind glass, the picture's own size first.
+/// Number of levels of the light behind glass, the picture's own size first.
 pub fn refraction_levels(picture: UVec2) -> u32 {
     (picture.min_element() / COARSEST).max(1).ilog2().min(MAX_LEVELS as u32) + 1
 }
 
-/// Sizes of the levels of a picture's bloom, each half of the one before, rounded up; the first half of the picture's.
+/// Sizes of the levels of a picture's bloom, each half of the one before, rounded up; the first is half the
+/// picture.
 pub fn bloom_sizes(picture: UVec2) -> Vec<UVec2> {
     let halved = |size: &UVec2| Some((*size + 1) / 2);
     let sizes = std::iter::successors(halved(&picture), halved);

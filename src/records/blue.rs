@@ -92,7 +92,7 @@ fn void_and_cluster() -> Vec<u16> {
     for cell in (0..COUNT).filter(|&cell| start[cell]) {
         tile.put(cell, true);
     }
-    // Past half the cells, the largest void is also the tightest cluster of empty cells: with weights that
+    // Past half the cells, the largest void is also the tightest cluster of empty cells: since the weights
     // add up to a constant, phases two and three of the paper are one.
     for rank in first..COUNT {
         let cell = tile.extreme(false);

@@ -13,35 +13,37 @@ use std::{
 pub const BRICK_TEXELS: u32 = 2;
 /// Size of a brick's slot in `voxels` \[texels\]: a texel has the voxels of four lines along x.
 pub const SLOT_SIZE: UVec3 = UVec3::new(BRICK_EDGE as u32, BRICK_SIZE, BRICK_SIZE);
-/// Points along an edge of the lattice at which the light of a brick of a thin grid is evaluated: two voxels apart.
+/// Points along an edge of the lattice at which the light of a thin grid's brick is evaluated: two voxels
+/// apart.
 pub const LATTICE_EDGE: u32 = 5;
-/// The same of a dense grid: the first for which there is room.
+/// The same for a dense grid: the first for which there is room.
 const DENSE_EDGES: [u32; 2] = [13, 9];
-/// Optical depth of a voxel above which a grid is dense. At this depth light that is linear over two voxels is off by a
-/// twentieth of the brightest where a cloud has an edge.
+/// Optical depth of a voxel above which a grid is dense. At this depth, light that is linear over two voxels
+/// is off by a twentieth of the brightest at the edge of a cloud.
 const DENSE: f32 = 0.25;
 /// Points of all lattices up to which those of dense grids are fine: 32 MiB of light.
 const MOST_POINTS: u32 = 1 << 21;
-/// Records of bricks that a [`GridRecord`] takes the place of.
+/// Records of bricks that a [`GridRecord`] replaces.
 const GRID_RECORDS: u32 = 4;
 /// [`BrickRecord::density`] of a brick with voxels of its own.
 const PLAIN_VOXELS: f32 = -1.0;
-/// The same of a brick whose temperatures are in the next slot.
+/// The same for a brick whose temperatures are in the next slot.
 const HOT_VOXELS: f32 = -2.0;
 
 crate::records::texel_struct! {
-    /// What all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in its middle. All of its
-    /// bricks place a ray by the same numbers, so that neighbours agree, to the last bit, where it goes from one to the other.
+    /// Values that all bricks of a grid share. Index space is counted from the grid's *anchor*, a voxel in
+    /// its middle. All of its bricks place a ray by the same numbers, so that neighbours agree to the last
+    /// bit on where it goes from one to the other.
     pub struct GridRecord {
-        /// Rows of the linear part of index from world space \[voxels/m\]; behind each a coordinate of the anchor, world
-        /// space \[m\].
+        /// Rows of the linear part of index from world space \[voxels/m\]; after each, a coordinate of the
+        /// anchor, world space \[m\].
         pub rows: [Vec4; 3],
-        /// Edges of a voxel, world space \[m\]; behind each the extinction of density 1 in a channel [1/m].
+        /// Edges of a voxel, world space \[m\]; after each, the extinction at density 1 in a channel [1/m].
         pub edges: [Vec4; 3],
         /// `g` of its phase function.
         pub anisotropy: f32,
         pub material: u32,
-        /// Radiance of what is opaque and at 1500 K, in red.
+        /// Radiance in red of an opaque medium at 1500 K.
         pub emission: f32,
         pub unused: u32,
         /// Points along an edge of the lattices at which the light of its bricks is evaluated.
@@ -61,7 +63,7 @@ crate::records::texel_struct! {
         pub origin: IVec3,
         /// First texel of the grid's record.
         pub grid: u32,
-        /// Its first texel in `voxels`; of a brick of constant density its size \[voxels\].
+        /// Its first texel in `voxels`; for a brick of constant density, its size \[voxels\].
         pub first_texel: UVec3,
         /// Its density, if it is constant; negative for voxels of its own.
         pub density: f32,
@@ -75,7 +77,8 @@ pub struct Bricks {
     pub records: Vec<BrickRecord>,
     /// For each brick, in order, the sphere around it, with the index of its record as id.
     pub particles: Vec<Particle>,
-    /// Voxels of the bricks that have some, in order, behind each its temperatures if it has some: one a slot.
+    /// Voxels of the bricks that have some, in order, each followed by its temperatures if it has some: one
+    /// per slot.
     pub voxels: Vec<Voxels>,
     /// Points of the lattices of all bricks.
     pub lattice_points: u32,
@@ -112,14 +115,15 @@ impl GridRecord {
         self.lattice_edge.pow(3)
     }
 
-    /// Whether a point in a brick is shadowed by that brick's own voxels, not by what a curve keeps of them.
+    /// Whether a brick's own voxels shadow its points, instead of a curve's share of them.
     pub fn is_own_shadow(&self, material: &Material) -> bool {
         let by_curve = matches!(material.receives, Receives::Curve | Receives::Others);
         self.lattice_edge > LATTICE_EDGE && by_curve && Class::of(material).casts()
     }
 }
 
-/// Whether some voxel of a grid, or some eighth of a box of constant density, is of an optical depth above [`DENSE`].
+/// Whether some voxel of a grid, or some eighth of a box of constant density, has an optical depth above
+/// [`DENSE`].
 fn is_dense(grid: &Grid) -> bool {
     let linear = grid.world_from_index.matrix3;
     let edges = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3A::length);
@@ -127,7 +131,7 @@ fn is_dense(grid: &Grid) -> bool {
         grid.factor * grid.extinction.max_element() * edges.into_iter().fold(0.0, f32::max);
     grid.bricks.iter().any(|brick| {
         let most = match &brick.density {
-            // Halves that are not negative are in the order of their bits.
+            // Halves that are not negative are ordered like their bits.
             Density::Voxels(voxels) => {
                 f16::from_bits(voxels.bits().iter().copied().max().unwrap_or(0)).to_f32()
             }
@@ -139,7 +143,7 @@ fn is_dense(grid: &Grid) -> bool {
     })
 }
 
-/// Points along an edge of the lattices of a grid, behind `first_point` others.
+/// Points along an edge of the lattices of a grid; `first_point`: number of points before them.
 fn lattice_edge(grid: &Grid, first_point: u32) -> u32 {
     if !is_dense(grid) {
         return LATTICE_EDGE;
@@ -248,7 +252,7 @@ impl Bricks {
         ((first_texel.z * self.slots.y + first_texel.y) * self.slots.x + first_texel.x) as usize
     }
 
-    /// Half edges of the box of the brick that record `id` is of, world space \[m\].
+    /// Half edges of the box of the brick in record `id`, world space \[m\].
     pub fn half_edges(&self, id: u32) -> [Vec3; 3] {
         let brick = &self.records[id as usize];
         let size = brick.size() * 0.5;

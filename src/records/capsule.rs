@@ -4,7 +4,7 @@ use crate::model::{Capsule, Particle, Strand};
 use glam::Vec3;
 use std::borrow::Cow;
 
-/// Records of particles that a [`CapsuleRecord`] takes the place of.
+/// Records of particles that a [`CapsuleRecord`] replaces.
 pub const CAPSULE_RECORDS: u32 = 2;
 
 crate::records::texel_struct! {
@@ -14,9 +14,9 @@ crate::records::texel_struct! {
         pub first: Vec3,
         /// Radius there \[m\].
         pub first_radius: f32,
-        /// Unit normal of the plane through it; both are from the first end to the last.
+        /// Unit normal of the plane through it; both normals point from the first end to the last.
         pub first_plane: Vec3,
-        /// Seed of dither patterns: the strand's, at the place of a particle's.
+        /// Seed of dither patterns: the strand's, at the offset of a particle's.
         pub id: u32,
         /// Last end, world space \[m\].
         pub last: Vec3,
@@ -29,7 +29,7 @@ crate::records::texel_struct! {
 }
 
 impl CapsuleRecord {
-    /// The record of a capsule; `id` of its strand.
+    /// The record of a capsule; `id`: its strand's.
     pub fn new(capsule: &Capsule, id: u32) -> Self {
         let [first, last] = capsule.ends;
         let [first_radius, last_radius] = capsule.radii;

@@ -41,7 +41,7 @@ impl Caster {
         }
     }
 
-    /// Number of its material.
+    /// Index of its material.
     pub fn material(&self) -> u32 {
         self.material_rotation & 0xffff
     }
@@ -51,7 +51,8 @@ impl Caster {
         (self.material_rotation >> 16) as f32 * (std::f32::consts::TAU / 65536.0)
     }
 
-    /// Linear rgba, before the material's tint; rgb is divided by 16 for a `gain` material. `transfer`: the material's.
+    /// Linear rgba, before the material's tint; rgb is divided by 16 for a `gain` material. `transfer`: the
+    /// material's.
     pub fn color(&self, transfer: u32) -> Vec4 {
         let is_gain = transfer == Transfer::Gain as u32;
         Vec4::new(

@@ -3,7 +3,7 @@ use crate::model::{ClusterSettings, Light, LightKind, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec2, Vec3};
 
-/// Most words of light bits, 32 lights each: 8 MiB. It keeps every invocation far below the 65,535
+/// Most words of light bits, of 32 lights each: 8 MiB. So every invocation stays far below the 65,535
 /// iterations that llvmpipe allows.
 const MAX_WORDS: u32 = 1 << 21;
 /// Largest edge of a cluster \[pixels\].
@@ -42,7 +42,7 @@ crate::records::gpu_struct! {
 
 /// Grid of clusters in the camera's frustum.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
+pub struct ClusterGrid {
     /// Number of cells in x, y and depth.
     pub cells: UVec3,
     /// Edge of a cluster \[pixels\].
@@ -55,7 +55,7 @@ pub struct Grid {
     pub near: f32,
     /// Distance from the camera's near to its far plane \[m\].
     pub depth_range: f32,
-    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths \[m\]. Padded by the
+    /// Low and high end of the cells: slopes in x, then in y (downwards), then depths \[m\], padded by the
     /// rounding error of a point.
     pub bounds: Vec<[f32; 2]>,
 }
@@ -65,7 +65,7 @@ const PIXEL_MARGIN: f32 = 1.0 / 64.0;
 /// Padding of slices, relative to the depth: far above the error of a logarithm.
 const DEPTH_MARGIN: f32 = 1e-4;
 
-impl Grid {
+impl ClusterGrid {
     /// A grid coarser than the settings if the bits of `light_count` lights would exceed `MAX_WORDS`.
     pub fn new(settings: &ClusterSettings, camera: &View, light_count: usize) -> Self {
         let words = word_count(light_count);

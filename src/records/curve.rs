@@ -1,21 +1,22 @@
 //! Curves on the host, as maps store them: `wgsl/curve/{node,stored,loaded,light}.wgsl`.
 //!
-//! A node stores what it passes by itself, so that light at a depth is the product of the nodes in any order.
+//! A node stores the share of light that it passes by itself, so that light at a depth is the product of the
+//! nodes in any order.
 use glam::Vec3;
 
 /// Fixed-point steps of depths from the near plane to the far one.
 pub const DEPTHS: f32 = 65535.0;
 /// Steps of a stored channel, and of the square root of a ramp's length.
 pub const LEVELS: f32 = 4095.0;
-/// Of nodes that may amplify: the level of 1, and levels of an octave.
+/// Level of 1 in nodes that may amplify.
 pub const EVEN: f32 = 2048.0;
-/// Levels of an octave of nodes that may amplify.
+/// Levels per octave in nodes that may amplify.
 pub const OCTAVE: f32 = 204.8;
 /// Least light of such a curve.
 pub const LEAST: f32 = 1.0 / 1024.0;
 
-/// A node of a map: start (16 bits), square root of the length (12), red, green, blue that it passes by itself (12 each).
-/// A node that starts at 0 is unused.
+/// A node of a map: start (16 bits), square root of the length (12), and red, green and blue that it passes
+/// by itself (12 each). A node that starts at 0 is unused.
 pub type PackedNode = [u32; 2];
 
 /// The curves of one view.
@@ -45,7 +46,7 @@ fn loaded_channel(bits: u32, grows: bool) -> f32 {
     }
 }
 
-/// Packs `start` and `length` in fixed point, and what the node passes.
+/// Packs `start` and `length` in fixed point, and the light that the node passes.
 pub fn packed(start: u32, length: f32, passed: Vec3, grows: bool) -> PackedNode {
     let root = ((length.max(0.0) / DEPTHS).sqrt() * LEVELS).round_ties_even() as u32;
     let stored = |v| stored_channel(v, grows);
@@ -53,7 +54,7 @@ pub fn packed(start: u32, length: f32, passed: Vec3, grows: bool) -> PackedNode 
     [start << 16 | root << 4 | r >> 8, (r & 255) << 24 | g << 12 | b]
 }
 
-/// Start and length in fixed point, and what the node passes.
+/// Start and length in fixed point, and the light that the node passes.
 pub fn unpack([first, second]: PackedNode, grows: bool) -> (f32, f32, Vec3) {
     let root = (first >> 4 & 0xfff) as f32 / LEVELS;
     let loaded = |v| loaded_channel(v, grows);
@@ -78,26 +79,34 @@ impl CurveMap {
         self.packed.len() / self.nodes.max(1)
     }
 
-    /// Nodes of texel number `texel`, used or not.
+    /// Nodes of texel `texel`, used or not.
     pub fn nodes_of(&self, texel: usize) -> &[PackedNode] {
         &self.packed[texel * self.nodes..][..self.nodes]
     }
 
-    /// Light that reaches light depth `z` of texel number `texel`.
+    /// Light that reaches light depth `z` of texel `texel`.
     pub fn light_at(&self, texel: usize, z: f32) -> Vec3 {
         light_at(self.nodes_of(texel), z, self.gain)
     }
 
-    /// Ramps of a texel, by their start: start and end \[light depth\], and the light behind, which is the product of what
-    /// the ramps up to it pass.
+    /// Ramps of a texel, by their start: start and end \[light depth\], and the light behind each, the
+    /// product of all ramps up to it.
     pub fn ramps(&self, texel: usize) -> impl Iterator<Item = (f32, f32, Vec3)> {
+        let mut ramps = Vec::new();
+        self.ramps_to(texel, &mut ramps);
+        ramps.into_iter()
+    }
+
+    /// [`Self::ramps`] in the place of what `ramps` held.
+    pub fn ramps_to(&self, texel: usize, ramps: &mut Vec<(f32, f32, Vec3)>) {
+        ramps.clear();
         let nodes = self.nodes_of(texel).iter().map(|&node| unpack(node, self.gain));
-        let mut used: Vec<_> = nodes.filter(|&(start, ..)| start > 0.0).collect();
-        used.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ramps.extend(nodes.filter(|&(start, ..)| start > 0.0));
+        ramps.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut light = Vec3::ONE;
-        used.into_iter().map(move |(start, length, passed)| {
-            light *= passed;
-            (start / DEPTHS, (start + length) / DEPTHS, light)
-        })
+        for (start, end, passed) in ramps {
+            light *= *passed;
+            (*start, *end, *passed) = (*start / DEPTHS, (*start + *end) / DEPTHS, light);
+        }
     }
 }

@@ -33,19 +33,19 @@ crate::records::gpu_struct! {
         pub life_most: f32,
         pub bounce: f32,
         pub slide: f32,
-        /// The least number without a ground \[m\].
+        /// Height; the least number for no ground \[m\].
         pub ground: f32,
         /// Time from one particle to the next \[s\].
         pub period: f32,
         pub box_count: u32,
-        /// Largest number of particles that are alive at once.
+        /// Largest number of particles alive at once.
         pub capacity: u32,
         /// First time step of this dispatch.
         pub step: u32,
         pub step_count: u32,
         /// Rows of `path`, at least 1.
         pub path_count: u32,
-        /// When the first particle of a dispatch of one step starts \[s from the step\].
+        /// Start of the first particle of a dispatch of one step \[s from the step\].
         pub first_birth: f32,
         /// Number of particles started before each of the steps, and after the last.
         pub started: [[u32; 4]; 3],
@@ -57,8 +57,8 @@ crate::records::gpu_struct! {
 }
 
 impl EmitterParams {
-    /// Most steps of a dispatch. Times along a path are from the step on that a particle starts in, whatever
-    /// steps share a dispatch: an emitter that moves takes them one by one.
+    /// Most steps of a dispatch. Times along a path count from the step in which a particle starts, whatever
+    /// steps share a dispatch, so an emitter that moves takes its steps one by one.
     pub fn steps_at_once(forces: &Forces) -> u32 {
         if forces.path.is_empty() { STEPS_AT_ONCE } else { 1 }
     }
@@ -120,7 +120,7 @@ impl EmitterParams {
 }
 
 impl EmitterParams {
-    /// Particles that start in the steps, without those whose slot another of them takes over.
+    /// Number of particles that start in the steps, without those whose slot a later one takes over.
     pub(crate) fn new_count(&self, capacity: u32) -> u32 {
         let started = self.started.as_flattened();
         (started[self.step_count as usize] - started[0]).min(capacity)
@@ -128,7 +128,7 @@ impl EmitterParams {
 }
 
 crate::records::gpu_struct! {
-    /// How the particles of an emitter look at a moment.
+    /// Looks of an emitter's particles at a moment.
     pub struct EmissionParams {
         /// Number of the oldest particle that may be alive.
         pub first: u32,

@@ -11,9 +11,9 @@ use glam::{Vec2, Vec3};
 pub const FOOTPRINT_TEXELS: u32 = 2;
 /// Bit of [`Footprint::caster`] that marks a triangle.
 pub const TRIANGLE_BIT: u32 = 1 << 31;
-/// [`Footprint::thin`] of a Gaussian, which is none of a particle's.
+/// [`Footprint::thin`] of a Gaussian, which no particle has.
 pub const GAUSSIAN_MARK: u32 = 0xffff;
-/// The same of a capsule.
+/// The same for a capsule.
 pub const CAPSULE_MARK: u32 = 0xfffe;
 /// Projected radius below which a particle is enlarged and thinned: half the diagonal of a texel, so that
 /// one texel's centre is always hit \[texels\].
@@ -28,7 +28,7 @@ pub const INVISIBLE: u32 = (1 << DEPTH_BITS) - 1;
 pub const CURVE_SEGMENT: u32 = 8192;
 /// The same with `over` or volumes, whose ramps are inserted between hits: thirteen iterations a pair.
 pub const ORDERED_SEGMENT: u32 = 4096;
-/// The same with bricks, each of which is several hits: a hundred iterations a brick.
+/// The same with bricks, each of which makes several hits: a hundred iterations a brick.
 pub const BRICK_SEGMENT: u32 = 512;
 
 /// A caster projected to one view.
@@ -36,22 +36,23 @@ pub const BRICK_SEGMENT: u32 = 512;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Footprint {
     /// Centre in the view's map \[texels\]; for a triangle, of its bounding square; for a particle beside the
-    /// view ([`Self::beside`]) its offset to the right and down \[m\].
+    /// view ([`Self::beside`]), its offset to the right and down \[m\].
     pub center: Vec2,
     /// Orthographic: radius \[texels\]. Perspective: radius over distance from the light. Triangle: half the
     /// side of the bounding square \[texels\]. Negative for a particle without a centre in the map
-    /// ([`Self::beside`]): minus its radius \[m\]. Gaussian: where it ends, in standard deviations; negative if it is
-    /// beside the view. Capsule: how far it reaches from its axis \[texels\]; negative if an end is beside the view.
+    /// ([`Self::beside`]): minus its radius \[m\]. Gaussian: distance at which it ends, in standard
+    /// deviations; negative if it is beside the view. Capsule: reach from its axis \[texels\]; negative if an
+    /// end is beside the view.
     pub radius: f32,
-    /// Light depth of the centre; for a triangle the smallest; for a particle without a centre in the map
+    /// Light depth of the centre; for a triangle, the smallest; for a particle without a centre in the map,
     /// its distance along the axis \[m\].
     pub depth: f32,
-    /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material. Capsule: half of its axis, to the
-    /// right, as bits \[texels\]; and in `blue_slope` downwards.
+    /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material.
+    /// Capsule: half of its axis, to the right, as bits \[texels\]; `blue_slope` holds it downwards.
     pub red_green: u32,
     /// Blue, the roots of 1 - c in 16 bits, and the slope of the thinned opacity, f16.
     pub blue_slope: u32,
-    /// Ratio of its area to that of what is projected, which is no smaller than a texel: f16 in the low half.
+    /// Ratio of its area to its projected area, which is no smaller than a texel: f16 in the low half.
     pub thin: u32,
     /// Index of the particle, or of the triangle with [`TRIANGLE_BIT`].
     pub caster: u32,
@@ -93,21 +94,22 @@ impl Footprint {
     }
 }
 
-/// Tiles of a footprint: decided once, by `project`; `bin` reads them twice.
+/// Tiles of a footprint: `project` decides them once, `bin` reads them twice.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct TileRect {
     /// First and last column and row, inclusive, 8 bits each: x0, y0, x1, y1.
     pub corners: u32,
-    /// Low half: which tiles of a rectangle of at most 4x4 are touched, row by row, 4 bits a row; of a larger one
-    /// [`TileRect::WHOLE`], or the number of those that its outline touches; 0 for none. High half: the view's index in its batch.
+    /// Low half: for a rectangle of at most 4x4, a mask of the touched tiles, row by row, 4 bits a row; for a
+    /// larger one [`TileRect::WHOLE`], or the number of tiles that its outline touches; 0 for none. High
+    /// half: the view's index in its batch.
     pub mask_view: u32,
 }
 
 impl TileRect {
     /// No tiles.
     pub const EMPTY: Self = Self { corners: 0, mask_view: 0 };
-    /// Mask of a larger rectangle than 4x4 whose tiles are all touched.
+    /// Mask of a rectangle larger than 4x4 whose tiles are all touched.
     pub const WHOLE: u32 = 0xffff;
 
     /// Mark of a caster on the scatter path: no tiles, and corners that no rectangle without tiles has.
@@ -130,17 +132,17 @@ impl TileRect {
         (self.corners >> 8 & 255)..=(self.corners >> 24)
     }
 
-    /// Number of the view.
+    /// Index of the view.
     pub fn view(&self) -> u32 {
         self.mask_view >> 16
     }
 
-    /// Whether it is at most 4 x 4 tiles, with a mask.
+    /// Whether it has at most 4 x 4 tiles, and so a mask.
     fn is_small(&self) -> bool {
         self.x().end() - self.x().start() < 4 && self.y().end() - self.y().start() < 4
     }
 
-    /// Tiles `(x, y)` in row order. `outline`: of its footprint, if that is a Gaussian's.
+    /// Tiles `(x, y)` in row order. `outline`: the footprint's, if it is a Gaussian's.
     pub fn tiles(&self, outline: Option<&Outline>) -> impl Iterator<Item = (u32, u32)> {
         let (xs, ys, mask) = (self.x(), self.y(), self.mask_view & 0xffff);
         let (x0, y0, is_small) = (*xs.start(), *ys.start(), self.is_small());

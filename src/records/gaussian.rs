@@ -18,7 +18,7 @@ pub const NEUTRAL_BIT: u32 = 1 << 16;
 pub const MEDIUM_BIT: u32 = 1 << 17;
 
 crate::records::texel_struct! {
-    /// A Gaussian's axes as kernels read them, besides its [`Caster`] and as long.
+    /// A Gaussian's axes as kernels read them: a record as long as its [`Caster`].
     pub struct GaussianAxes {
         /// Unit quaternion x, y, z, w: from its own space to the world.
         pub rotation: [f32; 4],
@@ -33,8 +33,8 @@ impl GaussianAxes {
     /// The axes of a Gaussian.
     pub fn new(gaussian: &Gaussian) -> Self {
         let Gaussian { rotation, sigma, id, .. } = *gaussian;
-        // A step of Newton's to unit length, which it has within 1e-4. One that is unit up to rounding keeps its bits, so
-        // that devices, which round otherwise, have the same.
+        // A Newton step to unit length, which it has within 1e-4. A quaternion of unit length up to rounding
+        // keeps its bits, so that devices, which round otherwise, have the same.
         let squared = rotation.length_squared();
         let is_unit = (squared - 1.0).abs() <= UNIT_ROUNDING;
         let step = if is_unit { 1.0 } else { 1.5 - 0.5 * squared };
@@ -77,24 +77,27 @@ impl Caster {
 }
 
 crate::records::texel_struct! {
-    /// A Gaussian projected to one view: what its hit test needs.
+    /// A Gaussian projected to one view, for the hit test.
     ///
     /// With `delta` the vector from the reference to the texel's centre \[texels\] and
-    /// `u = (a delta.x + b delta.y, c delta.y)`, the ray's least distance from the centre in the Gaussian's own space is
-    /// `q^2 = |u|^2 / (e^2 + spread |u|^2)` where `e = 1 + tilt . u`, and it is met at `e / (e^2 + spread |u|^2)` times the
-    /// centre's distance along the axis. Orthographic: `q^2 = |u|^2`, met at the centre's light depth less `tilt . u`.
+    /// `u = (a delta.x + b delta.y, c delta.y)`, the ray's least distance from the centre in the Gaussian's
+    /// own space is `q^2 = |u|^2 / (e^2 + spread |u|^2)` where `e = 1 + tilt . u`, at
+    /// `e / (e^2 + spread |u|^2)` times the centre's distance along the axis. In an orthographic view,
+    /// `q^2 = |u|^2`, at the centre's light depth less `tilt . u`.
     #[derive(Default)]
     pub struct GaussianSetup {
         /// `a`, `b` and `c` [1/texels].
         pub whitening: Vec3,
-        /// Squared deviation along the ray through the centre, a share of the distance (orthographic: of the depth range).
+        /// Squared deviation along the ray through the centre, as a share of the distance (orthographic: of
+        /// the depth range).
         pub spread: f32,
         pub tilt: Vec2,
-        /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain` material.
+        /// Colour times tint, red and green, the roots of 1 - c in 16 bits; divided by 16 for a `gain`
+        /// material.
         pub red_green: u32,
-        /// Blue, the roots of 1 - c in 16 bits, and how much thinner it is for being enlarged, f16.
+        /// Blue, the root of 1 - c in 16 bits, and the thinning by enlargement, f16.
         pub blue_thin: u32,
-        /// Its tiles, where its rectangle says so.
+        /// Tiles of its outline, where its rectangle marks one.
         pub outline: Outline,
     }
 }
@@ -113,7 +116,7 @@ impl GaussianSetup {
         Vec3::from(words.map(|word| from_color_bits(word, transfer == Transfer::Gain as u32)))
     }
 
-    /// Opacity that is added up as optical depth.
+    /// Ratio of its area to its projected, enlarged area.
     pub fn thin(&self) -> f32 {
         from_opacity(self.blue_thin >> 16)
     }

@@ -24,7 +24,7 @@ crate::records::gpu_struct! {
         pub first_caster: u32,
         /// Reach of a quad in its group's box \[radii\].
         pub quad_reach: f32,
-        /// 1: a caster without a radius is none, and is not counted.
+        /// 1: a caster without a radius is no caster, and is not counted.
         pub may_be_none: u32,
         /// Materials that the set may use, a bit each.
         pub materials: [[u32; 4]; 4],
@@ -37,7 +37,7 @@ crate::records::gpu_struct! {
 }
 
 crate::records::gpu_struct! {
-    /// What a material says of its Gaussians.
+    /// Values of a material that its Gaussians need.
     #[derive(Default)]
     pub struct GaussianLook {
         /// [`NEUTRAL_BIT`](super::NEUTRAL_BIT), [`MEDIUM_BIT`](super::MEDIUM_BIT).
@@ -80,7 +80,7 @@ crate::records::gpu_struct! {
     #[derive(Default, Eq)]
     pub struct LoadCounters {
         pub taken: u32,
-        /// Casters with a number that is not finite or out of range.
+        /// Casters with a number that is infinite, NaN or out of range.
         pub skipped: u32,
     }
 }

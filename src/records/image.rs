@@ -1,13 +1,13 @@
-//! Images as uploaded: each with its means over ever larger squares of texels, so that a picture reads what a sample
-//! sees of them (Williams 1983, "Pyramidal Parametrics").
+//! Images as uploaded: each with means over ever larger squares of texels, so that a picture filters the area
+//! that a sample sees (Williams 1983, "Pyramidal Parametrics").
 use crate::model::Texture;
 use glam::{UVec2, Vec2, Vec3, Vec4};
 
-/// Most samples of an image along the longer side of what a sample of the picture sees of it.
+/// Most taps along the longer side of the area that a sample of the picture sees of an image.
 pub const MAX_IMAGE_TAPS: u32 = 4;
 
-/// Weight of the colour of what is clear in means that are weighted by alpha: just so much that an image without any
-/// opacity has a colour.
+/// Weight of the colour of clear texels in means that are weighted by alpha: just enough that an image
+/// without any opacity has a colour.
 pub const CLEAR_WEIGHT: f32 = 1.0 / 65536.0;
 
 /// A level of an image: level 0 is the image, and each is half as large as the one before, rounded down.
@@ -39,7 +39,7 @@ fn linear_value(byte: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Levels of a texture behind its own texels: means of light, weighted by opacity, as what is clear does not show.
+/// Coarser levels of a texture: means of light, weighted by opacity, since clear texels are invisible.
 pub fn image_levels(texture: &Texture) -> Vec<ImageLevel> {
     let linear: [f32; 256] = std::array::from_fn(|byte| linear_from_srgb(byte as u8));
     // Linear values at which the nearest byte becomes the next.
@@ -77,8 +77,8 @@ pub fn image_levels(texture: &Texture) -> Vec<ImageLevel> {
     levels
 }
 
-/// Texels of a level along an axis that a texel of the next one covers, with their shares: two or, of an odd number,
-/// three.
+/// Texels of a level along an axis that a texel of the next one covers, with their shares: two, or three of
+/// an odd number.
 struct Covered {
     first: u32,
     shares: [f32; 3],
@@ -99,18 +99,18 @@ fn covered(i: u32, from: u32, to: u32) -> Covered {
     Covered { first, shares: [0.0, 1.0, 2.0].map(|next| share(first as f32 + next)) }
 }
 
-/// What a sample of a picture stands for.
+/// Area of a sample of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageDetail {
-    /// Edge of the square that it stands for \[pixels\].
+    /// Edge of the sample's square \[pixels\].
     pub reach: f32,
-    /// Mean opacity from which a cutout is solid where its texels are smaller than that: another in each sample, so
-    /// that of their mean as much is solid as the texels cover.
+    /// Mean opacity from which a cutout is solid where its texels are smaller than that square: it differs
+    /// between samples, so that in their mean the solid share is the texels' coverage.
     pub threshold: f32,
 }
 
 impl ImageDetail {
-    /// Of a picture of `samples` a pixel; `offset`: of the sample \[pixels\].
+    /// Detail of a picture with `samples` per pixel; `offset`: of the sample \[pixels\].
     pub fn new(samples: u32, offset: Vec2) -> Self {
         Self {
             reach: 1.0 / (samples.max(1) as f32).sqrt(),

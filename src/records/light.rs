@@ -4,10 +4,10 @@ use crate::model::{Light, LightKind, LookUp, ShadowFilter, ShadowSettings};
 use glam::Vec3;
 use std::ops::Range;
 
-/// Most lights of a picture. A point that evaluates all of them, nine taps each, stays below the 65,535
+/// Most lights of a picture. A point that evaluates all of them with nine taps each stays below the 65,535
 /// iterations that llvmpipe allows an invocation.
 pub const MAX_LIGHTS: usize = 4096;
-/// Most shadow views of a picture: those of all lights, four shadows of six views each.
+/// Most shadow views of a picture: for each light, four shadows of six views.
 pub const MAX_SHADOW_VIEWS: usize = 4 * 6 * MAX_LIGHTS;
 /// Texels of a [`GpuLight`]. WGSL: `wgsl/records/light.wgsl`.
 pub const LIGHT_TEXELS: u32 = 5;
@@ -41,7 +41,7 @@ pub const MAX_TAPS: u32 = 40_960;
 
 /// Fields of [`GpuLight::traits`].
 pub const SHAFTS_BIT: u32 = 1;
-/// First bit of the index of its area plus 1, 0 for none.
+/// First bit of the area's index plus 1, 0 for none.
 pub const AREA_SHIFT: u32 = 1;
 /// Mask of that number.
 pub const AREA_MASK: u32 = 0xff;
@@ -49,21 +49,23 @@ pub const AREA_MASK: u32 = 0xff;
 pub const VIEWPOINTS_SHIFT: u32 = 9;
 /// Mask of that number.
 pub const VIEWPOINTS_MASK: u32 = 0xf;
-/// A spot's light falls by the square of the share of its cosines.
+/// A spot's light falls off by the square of its share of the cosines.
 pub const INNER_BIT: u32 = 1 << 13;
-/// The window at the end of its light is not squared.
+/// The window at the end of the light's range is not squared.
 pub const END_BIT: u32 = 1 << 14;
 /// The bias is in texels, not in metres.
 pub const TEXELS_BIT: u32 = 1 << 15;
 
-/// Depth bias where none is stated \[texels\]; of a light with a size, whose spots may cross the planes of what they shade.
+/// Depth bias where none is stated, for lights without and with a size \[texels\]: spots of the latter may
+/// cross the planes of the surfaces they shade.
 const BIAS_TEXELS: f32 = 0.25;
 const SOFT_BIAS_TEXELS: f32 = 4.0;
-/// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's depths.
+/// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's
+/// depths.
 pub const LEAST_BIAS: f32 = 1.0 / 32768.0;
 /// See [`LEAST_BIAS`].
 pub const LARGEST_BIAS: f32 = 1.0 / 512.0;
-/// Least bias of a caster as a receiver, whose neighbours overlap it \[texels\].
+/// Least bias of a receiver that is a caster, whose neighbours overlap it \[texels\].
 pub const CASTER_BIAS: f32 = 4.0;
 /// Least cosine of a slope that a bias in texels covers alone: 66 degrees.
 pub const LEAST_COSINE: f32 = 0.4;
@@ -89,12 +91,13 @@ crate::records::gpu_struct! {
         pub cone_inner: f32,
         /// Reciprocal square of the range [1/m^2]; 0 if the light has no end.
         pub per_range2: f32,
-        /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on the index of its area plus 1, 0 for none; from
-        /// [`VIEWPOINTS_SHIFT`] on how many viewpoints it has, less one; [`INNER_BIT`] if a spot falls by the square of the share
-        /// of its cosines, [`END_BIT`] if the window at its end is not squared, [`TEXELS_BIT`] if its bias is in texels.
+        /// [`SHAFTS_BIT`] if the air scatters its light; from [`AREA_SHIFT`] on its area's index plus 1, 0
+        /// for none; from [`VIEWPOINTS_SHIFT`] on the number of its viewpoints, less one; [`INNER_BIT`] if a
+        /// spot falls off by the square of its share of the cosines, [`END_BIT`] if the window at the end of
+        /// its range is not squared, [`TEXELS_BIT`] if its bias is in texels.
         pub traits: u32,
-        /// Filter: its kind, from bit 8 on bilinear taps a side or taps of a disc, from bit 16 on a disc's
-        /// radius [1/256 texel].
+        /// Filter: its kind, from bit 8 on the bilinear taps per side or the taps of a disc, from bit 16 on a
+        /// disc's radius [1/256 texel].
         pub taps: u32,
         /// Depth bias \[m\]; \[texels\] with [`TEXELS_BIT`].
         pub bias: f32,
@@ -106,7 +109,8 @@ crate::records::gpu_struct! {
 }
 
 impl GpuLight {
-    /// `views`: indices of its views among the shadow views of all lights; `settings`: defaults of its look-up.
+    /// `views`: indices of its views among the shadow views of all lights; `settings`: defaults of its
+    /// look-up.
     pub fn new(light: &Light, views: Range<u32>, settings: &ShadowSettings) -> Self {
         let LookUp { filter, bias, slope_bias, normal_bias } = light.look_up;
         let (kind, position, direction, angle) = match light.kind.with_unit_direction() {
@@ -149,8 +153,9 @@ impl GpuLight {
         }
     }
 
-    /// Depth bias in a view \[m\]. In texels it covers the slope as far as it can, as the point moves less then. `texel`: edge of
-    /// a texel at the receiver's depth \[m\]; `sine`: of the slope; `least`: \[texels\].
+    /// Depth bias in a view \[m\]. A bias in texels covers as much of the slope as it can, so that the point
+    /// moves less. `texel`: edge of a texel at the receiver's depth \[m\]; `sine`: of the slope; `least`:
+    /// \[texels\].
     pub fn depth_bias(&self, view: &GpuView, texel: f32, sine: f32, least: f32) -> f32 {
         if self.traits & TEXELS_BIT == 0 {
             return self.bias;

@@ -18,20 +18,22 @@ pub struct ViewMaps {
     pub colored: Vec<[f32; 3]>,
     /// Transmittance curves, in curve mode.
     pub curve: Option<CurveMap>,
-    /// Sums over the casters, from which `filter` and `nearest` are resolved, if they were asked for; else empty. Optical
-    /// depth per channel in fixed point, and nearness of the nearest hit: see [`crate::records::added`].
+    /// Sums over the casters, from which `filter` and `nearest` are resolved, if requested; else empty.
+    /// Optical depth per channel in fixed point, and nearness of the nearest hit: see
+    /// [`crate::records::added`].
     pub sums: Vec<[u32; 4]>,
-    /// Light that glass has thrown onto what is opaque, in fixed point: see [`Self::thrown_light`]. Empty without
-    /// [`Light::caustics`](crate::Light::caustics).
+    /// Light that glass throws onto opaque surfaces, in fixed point: see [`Self::thrown_light`]. Empty
+    /// without [`Light::caustics`](crate::Light::caustics).
     pub caustics: Vec<[u32; 4]>,
-    /// Owner tag of the caster that wrote `nearest`, see [`crate::records::owner_tag`]; empty if no
-    /// receiver reads it.
+    /// Owner tag of the caster that wrote `nearest`, see [`crate::records::owner_tag`]; empty if no receiver
+    /// reads it.
     pub owner: Vec<u16>,
 }
 
 impl ViewMaps {
-    /// Light that lands in each texel, linear rgb as a share of what the light sends to a texel, and 1 where the texel's own
-    /// light was thrown elsewhere, else 0. Empty without [`Light::caustics`](crate::Light::caustics).
+    /// Light that lands in each texel: linear rgb as a share of the light sent to a texel, and 1 where the
+    /// texel's own light was thrown elsewhere, else 0. Empty without
+    /// [`Light::caustics`](crate::Light::caustics).
     pub fn thrown_light(&self) -> Vec<[f32; 4]> {
         self.caustics.iter().map(|&texel| caustic_light(texel).into()).collect()
     }

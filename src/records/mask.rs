@@ -1,8 +1,8 @@
 //! Shadow masks: the slots of lights, and the parameters of kernels.
 //!
-//! A mask is a layer of four 8-bit channels. It has four *slots* for lights that are blocked alike in all
-//! channels, or one, of three channels, for a light that some caster tints. Lights that do not overlap on
-//! the screen share a slot.
+//! A mask is a layer of four 8-bit channels. It has four *slots* for lights that are blocked equally in all
+//! channels, or one slot, of three channels, for a light that some caster tints. Lights that do not overlap
+//! on the screen share a slot.
 use super::Reach;
 use crate::model::{Bounds, Class, Light, LightKind, MaskSettings, Scene, View};
 use glam::{DVec2, DVec3, Mat4, UVec2};
@@ -154,7 +154,7 @@ impl MaskSlots {
     ) -> Self {
         let tinting = tinting_bounds(scene);
         let wants = scene.lights.iter().map(|light| {
-            // Masks have eight bits, and end at 1.
+            // Masks have eight bits and end at 1.
             let is_masked = light.view_count() > 0 && light.caustics == 0;
             let bounds = Some(light).filter(|_| is_masked);
             let bounds = bounds.and_then(|light| ScreenBounds::new(light, camera));
@@ -177,7 +177,7 @@ impl MaskSlots {
     ) -> Self {
         let mut taken: Vec<Vec<(u32, ScreenBounds)>> = Vec::new();
         let mut of_lights = vec![0; wants.len()];
-        // All slots of a mask are of the kind of its first light.
+        // All slots of a mask are of its first light's kind.
         let fits = |taken: &[Vec<(u32, ScreenBounds)>], slot: u32, bounds: &ScreenBounds| {
             let mask = ((slot & !COLORED_BIT) - 1) / SLOTS;
             let others = taken.get(mask as usize).map_or(&[][..], Vec::as_slice);

@@ -34,23 +34,27 @@ crate::records::gpu_struct! {
         pub metallic: f32,
         pub ior: f32,
         pub frost: f32,
-        /// Index of refraction of its faces, minus that of its panes; 0 where they reflect nothing.
+        /// Refractive index of its faces, or minus that of its panes; 0 for no reflection.
         pub fresnel: f32,
-        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bit [`FAR_SIDE_SHIFT`] on the index of the material of its far
-        /// side plus 1, or 0.
+        /// [`SHOWS_SURROUNDINGS`] and [`SHOWS_COLOR`]; from bit [`FAR_SIDE_SHIFT`] on the index of its far
+        /// side's material plus 1, or 0.
         pub shows: u32,
     }
 }
 
-/// Number in place of a texture's.
+/// Number in place of a texture's index.
 pub const NO_TEXTURE: u32 = u32::MAX;
 
 /// Flag of [`GpuMaterial::shows`]: the surroundings behind it.
 pub const SHOWS_SURROUNDINGS: u32 = 1;
-/// Flag of [`GpuMaterial::shows`]: its colour, whatever the light.
+/// Flag of [`GpuMaterial::shows`]: its own colour, whatever the light.
 pub const SHOWS_COLOR: u32 = 2;
-/// Bits of flags in [`GpuMaterial::shows`].
+/// Number of flag bits in [`GpuMaterial::shows`].
 pub const FAR_SIDE_SHIFT: u32 = 8;
+
+/// Bits of flags and of a far side in [`GpuMaterial::shows`].
+pub const DETAILS_SHIFT: u32 = 18;
+const _: () = assert!((MAX_MATERIALS as u32) < 1 << (DETAILS_SHIFT - FAR_SIDE_SHIFT));
 
 /// Most materials of a scene: the uniform array's length.
 pub const MAX_MATERIALS: usize = 512;
@@ -91,7 +95,8 @@ impl GpuMaterial {
             fresnel: material.fresnel.index(),
             shows: select(material.catcher, SHOWS_SURROUNDINGS)
                 | select(material.unlit, SHOWS_COLOR)
-                | material.far_side.map_or(0, |far| (far + 1) << FAR_SIDE_SHIFT),
+                | material.far_side.map_or(0, |far| (far + 1) << FAR_SIDE_SHIFT)
+                | material.details.map_or(0, |details| (details + 1) << DETAILS_SHIFT),
         }
     }
 }

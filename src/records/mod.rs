@@ -50,7 +50,8 @@ pub use caustic::{
     add_caustic, caustic_light, glass_faces,
 };
 pub use cluster::{
-    ALL_LIGHTS, ClusterCounters, ClusterParams, Grid, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT,
+    ALL_LIGHTS, ClusterCounters, ClusterGrid, ClusterParams, MAX_TILE, PLANES, REACH_TEXELS, Reach,
+    UNIT,
 };
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
 pub use curve::{CurveMap, PackedNode};
@@ -86,7 +87,8 @@ pub use mask::{
     NORMALS_SIGNED, NORMALS_UNORM, SLOTS, ScreenBounds, mask_size,
 };
 pub use material::{
-    FAR_SIDE_SHIFT, GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR, SHOWS_SURROUNDINGS,
+    DETAILS_SHIFT, FAR_SIDE_SHIFT, GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR,
+    SHOWS_SURROUNDINGS,
 };
 pub use occlusion::OcclusionRadius;
 pub use outline::{OUTLINE_ROUNDING, Outline};

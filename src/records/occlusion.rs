@@ -1,10 +1,10 @@
 //! Radius of ambient occlusion.
 use crate::model::Occlusion;
 
-/// Radius of what occludes, if the scene does not say \[heights of the picture\].
+/// Radius around a surface in which others occlude, if the scene states none \[heights of the picture\].
 const USUAL_RADIUS: f32 = 0.1;
 
-/// Radius of what occludes ambient light.
+/// Radius around a surface in which others occlude ambient light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OcclusionRadius {
     /// Everywhere \[m\].

@@ -1,20 +1,20 @@
-//! Outlines: which tiles a Gaussian touches, row by row.
+//! Outlines: the tiles that a Gaussian touches, row by row.
 use bytemuck::{Pod, Zeroable};
 
-/// Bits behind the point of heights.
+/// Fractional bits of heights.
 const HEIGHT_BITS: u32 = 24;
 const MIDDLE_HEIGHT: i32 = 1 << HEIGHT_BITS;
-/// Rounding of what is stored and evaluated, besides the slack of a texel \[units\].
+/// Rounding of the stored and evaluated numbers, besides the slack of a texel \[units\].
 pub const OUTLINE_ROUNDING: i32 = 4;
 
-/// The outline of an ellipse in a view's tiles, in integers: whoever counts, lists or clips its tiles decides with the
-/// same bits. At a height `v` over its middle, a share of its half height downwards, the ellipse is
-/// `middle + lean v - width sqrt(1 - v^2)` to `middle + lean v + width sqrt(1 - v^2)`. A unit is a tile's edge halved
-/// `shift` times. WGSL: `wgsl/records/outline.wgsl`.
+/// The outline of an ellipse in a view's tiles, in integers, so that all kernels that count, list or clip its
+/// tiles decide with the same bits. At height `v` above its middle, as a share of its half height downwards,
+/// the ellipse spans `middle + lean v - width sqrt(1 - v^2)` to `middle + lean v + width sqrt(1 - v^2)`. A
+/// unit is a tile's edge halved `shift` times. WGSL: `wgsl/records/outline.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Outline {
-    /// Height of the first texels of row `row` [2^-24], less what rounding takes.
+    /// Height of the first texels of row `row` [2^-24], less its rounding.
     pub first: i32,
     /// Height of a tile [2^-24], 27 bits, and `shift`.
     pub step_shift: u32,
@@ -25,7 +25,7 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// First column that the ellipse touches in a row of tiles, and the one behind its last, among those of a
+    /// First column of tiles that the ellipse touches in a row, and the column behind its last, within a
     /// rectangle; an empty range for none.
     pub fn columns(&self, row: u32, rect: std::ops::RangeInclusive<u32>) -> std::ops::Range<u32> {
         let step = (self.step_shift & 0x7ff_ffff) as i32;
@@ -34,7 +34,7 @@ impl Outline {
         let width = (self.lean_width >> 16) as i32;
         let below = row.wrapping_sub(self.row_middle & 255) as i32;
         let high = self.first.wrapping_add(below.wrapping_mul(step));
-        // Texel centres of a tile are 15/16 of it apart, and a 64th of a texel of slack on both sides.
+        // The texel centres of a tile span 15/16 of it, with slack of a 64th of a texel on both sides.
         let low = high.wrapping_add(step - (step >> 4) + (step >> 9)).wrapping_add(512);
         let half = (lean * lean + width * width).cast_unsigned().isqrt().max(1).cast_signed();
         let farthest = ((lean << 15) / half) << (HEIGHT_BITS - 15);

@@ -2,14 +2,14 @@
 use glam::{Vec2, Vec3};
 use half::f16;
 
-/// Packs a channel of a colour, 0..=1: the square root of 1 - c in 16 bits, so that a caster that is nearly white keeps
-/// what it absorbs; of `gain` the root of c, a share of the largest. WGSL: `wgsl/records/color.wgsl`.
+/// Packs a channel of a colour, 0..=1: the root of 1 - c in 16 bits, so that a nearly white caster keeps its
+/// absorption; for `gain`, the root of c, as a share of the largest. WGSL: `wgsl/records/color.wgsl`.
 pub(super) fn color_bits(c: f32, is_gain: bool) -> u32 {
     let c = c.clamp(0.0, 1.0);
     (0.5 + 65535.0 * if is_gain { c } else { 1.0 - c }.sqrt()) as u32
 }
 
-/// The inverse of [`color_bits`], of the low half.
+/// The inverse of [`color_bits`] for the low half.
 pub(super) fn from_color_bits(bits: u32, is_gain: bool) -> f32 {
     let root = (bits & 0xffff) as f32 / 65535.0;
     if is_gain { root * root } else { 1.0 - root * root }

@@ -1,4 +1,4 @@
-//! Sums over the casters of a texel, of which those of disjoint casters can be added. WGSL: `wgsl/sums/sums.wgsl`.
+//! Sums over the casters of a texel; sums of disjoint casters can be added. WGSL: `wgsl/sums/sums.wgsl`.
 
 /// Optical depth 1 in fixed point.
 pub const FIXED_ONE: f32 = 65536.0;
@@ -7,12 +7,12 @@ pub const MAX_TAU: f32 = 7.0;
 /// [`MAX_TAU`] in fixed point.
 pub const SATURATED: u32 = 458_752;
 
-/// Depths 0..=1 in an order in which 0 is none, and nearer depths are larger.
+/// Depths 0..=1 in an order in which 0 is no hit, and nearer depths are larger.
 pub fn nearness(depth: f32) -> u32 {
     1.0_f32.to_bits() - depth.to_bits()
 }
 
-/// The sum over the casters of both, which no caster with `gain` is among: the same in any order.
+/// The sum over the casters of both, none with `gain`: the same in any order.
 #[must_use]
 pub fn added(sums: [u32; 4], others: [u32; 4]) -> [u32; 4] {
     let [tau @ .., nearest] = [0, 1, 2, 3].map(|i| (sums[i], others[i]));

@@ -17,11 +17,11 @@ crate::records::texel_struct! {
         /// Three world-space positions \[m\], each followed by the vertex's u.
         pub positions_u: [Vec4; 3],
         pub v: Vec3,
-        /// Number of the material.
+        /// Index of the material.
         pub material: u32,
         /// Octahedral normals, snorm16 pairs.
         pub normals: [u32; 3],
-        /// Identity, of which owner tags and dithering are made.
+        /// Id, from which owner tags and dithering follow.
         pub id: u32,
         /// [`VertexColor`](crate::model::VertexColor) of the corners.
         pub colors: [u32; 3],
@@ -46,7 +46,7 @@ impl TriangleRecord {
     }
 }
 
-/// Triangle setup: what the hit test of a view needs. Texel space.
+/// Triangle setup for a view's hit test, in texel space.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleSetup {
@@ -60,13 +60,13 @@ pub struct TriangleSetup {
     pub ties: u32,
     /// Light depths of the corners.
     pub depths: Vec3,
-    /// Number of the material.
+    /// Index of the material.
     pub material: u32,
     /// Texture coordinates of the corners.
     pub uvs: [Vec2; 3],
     /// World-space face normal, octahedral.
     pub normal: u32,
-    /// Identity, of which owner tags and dithering are made.
+    /// Id, from which owner tags and dithering follow.
     pub id: u32,
     /// Colours of the corners as in [`TriangleRecord`].
     pub colors: [u32; 3],

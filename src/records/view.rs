@@ -47,7 +47,7 @@ crate::records::gpu_struct! {
 }
 
 impl View {
-    /// The view in kernel form. `first_tile`: among the tiles of a batch; `origin` and `layer`: of its map's
+    /// The view in kernel form. `first_tile`: index in its batch; `origin` and `layer`: of its map's
     /// rectangle \[texels\].
     pub fn to_gpu(&self, first_tile: u32, origin: UVec2, layer: u32) -> GpuView {
         let (role_index, role_count) = self.role.index_and_count();
@@ -80,7 +80,7 @@ impl View {
 
 impl GpuView {
     /// Depth key by distance, the same on all faces of a cube: 0 at the near plane's centre, 1 at the far
-    /// plane's corner. `distance` from the light \[m\].
+    /// plane's corner. `distance`: from the light \[m\].
     pub fn distance_key(&self, distance: f32) -> f32 {
         (distance - self.near) / self.distance_span()
     }

@@ -41,14 +41,14 @@ impl Shadows {
         self.loader(false, (label, wgsl, layout))
     }
 
-    /// Like [`Self::caster_loader`], of Gaussians. `wgsl` declares
+    /// Like [`Self::caster_loader`], for Gaussians. `wgsl` declares
     ///
     /// ```wgsl
     /// fn load_gaussian(index: u32) -> Gaussian
     /// ```
     ///
     /// It is compiled together with a declaration of the library, whose fields are those of
-    /// [`Gaussian`](crate::Gaussian); what opacity means is said by the material:
+    /// [`Gaussian`](crate::Gaussian); the material defines the meaning of opacity:
     ///
     /// ```wgsl
     /// struct Gaussian {
@@ -73,8 +73,9 @@ impl Shadows {
         self.loader(true, (label, wgsl, layout))
     }
 
-    /// Makes a loader of a grid's voxels, for a pool of bricks, a buffer, or a texture that is read in another way than
-    /// [`HostGrid::new`](crate::HostGrid::new) does. `wgsl` declares its bindings in `@group(1)`, of `layout`, and
+    /// Makes a loader of a grid's voxels, for a pool of bricks, a buffer, or a texture that must be read in
+    /// another way than by [`HostGrid::new`](crate::HostGrid::new). `wgsl` declares its bindings in
+    /// `@group(1)`, of `layout`, and
     ///
     /// ```wgsl
     /// fn load_density(voxel: vec3<u32>) -> f32

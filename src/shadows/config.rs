@@ -1,37 +1,37 @@
-//! Configuration of a frame, by who chooses: the device, the host, and tests.
-use crate::{gpu::Tier, model::ShadowSettings, stage::profile::Profile};
+//! Configuration of a frame, by its source: the device, the host, and tests.
+use crate::{gpu::Tier, model::ShadowSettings, stage::tuning::Tuning};
 
 /// Configuration of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
-    /// The device's.
+    /// Tier of the device.
     pub tier: Tier,
-    /// The adapter's.
-    pub profile: Profile,
-    /// The host's; the pair budget within what the device has.
+    /// Profile of the adapter.
+    pub tuning: Tuning,
+    /// Settings of the host, with a pair budget within the device's limits.
     pub settings: ShadowSettings,
-    /// Those of tests and the renderer.
+    /// Choices of tests and of the renderer.
     pub toggles: Toggles,
 }
 
-/// Ways of working that tests and the renderer choose.
+/// Choices of tests and of the renderer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Toggles {
-    /// Whether filtering lists with more pairs than fit are walked a part of their tiles at a time;
-    /// otherwise the casters that do not fit are scattered.
+    /// Whether filtering lists with more pairs than fit are walked in parts of their tiles; otherwise the
+    /// casters that do not fit are scattered.
     pub parts: bool,
-    /// Whether all filtering casters are scattered, and their sums kept as they are
-    /// ([`Maps::sums`](super::Maps::sums)) instead of filters: maps of shares of the casters are merged from them.
+    /// Whether all filtering casters are scattered, and their sums kept ([`Maps::sums`](super::Maps::sums))
+    /// instead of filters, to merge the maps of shares of the casters.
     pub sums: bool,
-    /// Whether tiny particles are scattered: the profile's value at first.
+    /// Whether tiny particles are scattered: the tuning's value at first.
     pub scatter_tiny: bool,
-    /// Whether discs are collected in a queue, if the device can: the profile's value at first.
+    /// Whether discs are collected in a queue, if the device can: the tuning's value at first.
     pub queued: bool,
     /// Whether groups wholly behind an opaque surface are culled, which changes no bit.
     pub hide: bool,
     /// Whether pictures count the cost of each pixel.
     pub count_cost: bool,
-    /// Whether `prepare` counts the pairs of lists, if that is not known: it then submits and waits, and
+    /// Whether `prepare` counts the pairs of lists if their number is unknown: it then submits and waits, and
     /// compiles only kernels that are needed.
     pub count_first: bool,
 }
@@ -39,17 +39,17 @@ pub struct Toggles {
 impl Config {
     /// The usual configuration on an adapter.
     pub fn new(tier: Tier, adapter: &wgpu::AdapterInfo) -> Self {
-        let profile = Profile::of(adapter);
+        let tuning = Tuning::of(adapter);
         let toggles = Toggles {
             parts: true,
             sums: false,
-            scatter_tiny: profile.scatter_tiny,
-            queued: profile.queued,
+            scatter_tiny: tuning.scatter_tiny,
+            queued: tuning.queued,
             hide: true,
             count_cost: false,
             count_first: false,
         };
-        Self { tier, profile, settings: ShadowSettings::default(), toggles }
+        Self { tier, tuning, settings: ShadowSettings::default(), toggles }
     }
 
     /// Nodes of a curve (K); 0 without curves.
@@ -57,8 +57,8 @@ impl Config {
         self.settings.curve_nodes()
     }
 
-    /// Whether tiny particles are scattered. A curve needs its hits in order: with curves they go through
-    /// tiles.
+    /// Whether tiny particles are scattered. With curves they go through tiles, because a curve needs its
+    /// hits in order.
     pub(super) fn scatters(&self) -> bool {
         (self.toggles.scatter_tiny || self.toggles.sums) && self.nodes() == 0
     }

@@ -11,9 +11,9 @@ use crate::{
 use std::sync::Arc;
 
 impl Request<'_> {
-    /// Replaces the bounds of lists by counts, where the bounds leave open whether all pairs fit and every
-    /// tile is one segment. Submits and waits: twice as fast a first frame with a slow driver compiler,
-    /// because kernels that are not needed are not compiled.
+    /// Replaces the bounds of lists by counts where the bounds leave open whether all pairs fit and every
+    /// tile is one segment. Submits and waits. With a slow driver compiler, a first frame takes half the
+    /// time, because kernels that are not needed are not compiled.
     ///
     /// Returns the number of pairs of the largest list.
     pub(super) fn count(
@@ -38,9 +38,9 @@ impl Request<'_> {
     ) -> Result<u32, Error> {
         let (queue, device) = (self.queue, self.kernels.device());
         let listed = &plan.lists[i];
-        let may_overflow = listed.may_overflow(self.config.profile.shape, scratch.pair_capacity);
+        let may_overflow = listed.may_overflow(self.config.tuning.partition, scratch.pair_capacity);
         // The contents of the host's buffers say nothing about later frames.
-        if listed.host.is_some() || !(may_overflow || listed.has_segments(&self.config.profile)) {
+        if listed.host.is_some() || !(may_overflow || listed.has_segments(&self.config.tuning)) {
             return Ok(0);
         }
         let mut memory = Memory::default();

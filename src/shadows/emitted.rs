@@ -1,4 +1,4 @@
-//! Particles of emitters, loaded beside the uploaded casters. The CPU learns of each 256 of them their box,
+//! Particles of emitters, loaded beside the uploaded casters. For each 256 of them the CPU learns their box,
 //! number and least alpha, so that it lists and culls them like uploaded ones.
 use super::{EmittedSlots, HostInputs, Shadows, Simulation};
 use crate::{
@@ -19,7 +19,7 @@ pub struct EmittedLoad {
     group_counts: Vec<u32>,
     /// Groups of all emitters, one after the other.
     pub groups: Buffer,
-    /// One [`LoadCounters`]: of those that are seen, how many were loaded, and how many are too far away.
+    /// One [`LoadCounters`] for the visible particles: the number loaded, and the number too far away.
     pub counters: Buffer,
     pub memory: Memory,
 }
@@ -38,8 +38,8 @@ impl EmittedLoad {
 }
 
 impl Shadows {
-    /// Makes room for emitted particles beside `casters`, whose textures get all their levels: pictures have emitters. Returns the identity of the set: another one has
-    /// not loaded them.
+    /// Makes room for emitted particles beside `casters`, whose textures get all their levels, since pictures
+    /// have emitters. Returns the identity of the set: another set has not loaded them.
     pub fn upload_emitted(
         &mut self,
         casters: &Casters<'_>,
@@ -48,7 +48,7 @@ impl Shadows {
         self.upload(casters, &HostInputs::new().emitted(slots).image_levels())
     }
 
-    /// Binds the kernels that load the emitters for which there is room.
+    /// Binds the kernels that load those emitters that have room.
     pub fn bind_emitted(&self, emitted: &[(&Emission, &Simulation)]) -> Result<EmittedLoad, Error> {
         let kernel = self.kernel_of(&simulate::CASTERS)?;
         let ((device, _), set) = (self.device(), self.casters()?);
@@ -102,7 +102,7 @@ impl Shadows {
         Ok(EmittedLoad { commands, group_counts, groups, counters, memory })
     }
 
-    /// Takes what the groups of an `EmittedLoad` hold.
+    /// Takes over the groups of an `EmittedLoad`.
     pub fn place_emitted(&mut self, found: &[HostGroup]) -> Result<(), Error> {
         self.casters_mut()?.place_emitted(found);
         Ok(())

@@ -1,15 +1,15 @@
-//! Marks by which a frame tells that it ran.
+//! Marks by which a frame shows that it ran.
 //!
-//! What a host records it may never submit, as where its surface is lost, and a submission may be refused. So the
-//! last command of a frame copies a mark into a buffer of 4 bytes, and the next `prepare` maps that buffer, which
-//! does not wait:
-//! - it is mapped at once, and has the mark: the frame ran;
-//! - it is mapped at once, without the mark: nothing that uses it was submitted;
-//! - it is not mapped yet: it is in use, by commands that were submitted. (A browser maps nothing at once: there a
-//!   frame that was not submitted is found out by a later `prepare`.)
+//! A host may never submit the commands it recorded, for example where its surface is lost, and a submission
+//! may be refused. So the last command of a frame copies a mark into a buffer of 4 bytes, and the next
+//! `prepare` maps that buffer, without waiting:
+//! - it is mapped at once, and holds the mark: the frame ran;
+//! - it is mapped at once, without the mark: no commands that use it were submitted;
+//! - it is not mapped yet: submitted commands use it. (A browser maps nothing at once: there a later
+//!   `prepare` finds a frame that was not submitted.)
 //!
-//! The device refuses commands that use a mapped or destroyed buffer: those of a frame that are submitted after the
-//! next `prepare`, which has overwritten what they read.
+//! The device refuses commands that use a mapped or destroyed buffer: those of a frame that are submitted
+//! after the next `prepare`, which has overwritten the data that they read.
 use crate::{error::Error, gpu::filled};
 use std::{
     collections::VecDeque,
@@ -20,22 +20,22 @@ use std::{
 };
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device};
 
-/// Marks kept behind the current one: so many frames late a further recording of a frame is still refused.
+/// Marks kept behind the current one: a recording that comes up to this many frames late is still refused.
 const KEPT: usize = 2;
 
-/// The words that marks are, of which a buffer gets the one that it does not have.
+/// The words used as marks; a buffer gets the one that it does not hold.
 #[derive(Clone, Debug)]
 pub(super) struct Words(Buffer);
 
 impl Words {
     const ALL: [u32; 2] = [1, 2];
 
-    /// Records the copy of a word, an index, to 4 bytes of a buffer.
+    /// Records the copy of the word with index `word` to 4 bytes of a buffer.
     pub(super) fn write(&self, word: u32, encoder: &mut CommandEncoder, to: &Buffer, offset: u64) {
         encoder.copy_buffer_to_buffer(&self.0, u64::from(4 * word), to, offset, 4);
     }
 
-    /// Whether 4 bytes are a word, an index.
+    /// Whether 4 bytes are the word with index `word`.
     pub(super) fn is(word: u32, bytes: &[u8]) -> bool {
         bytes == Self::ALL[word as usize].to_ne_bytes()
     }
@@ -44,7 +44,7 @@ impl Words {
 /// The mark of a frame.
 #[derive(Debug)]
 pub(super) struct Mark {
-    /// Its label is what the device says of commands that come too late.
+    /// Its label is shown in the device's error about commands that come too late.
     buffer: Buffer,
     pub(super) words: Words,
     /// Index of the word that is the mark.
@@ -59,7 +59,7 @@ const MAPPING: u8 = 1;
 const MAPPED: u8 = 2;
 /// Mapped, and the mark is in it.
 const RAN: u8 = 3;
-/// Not to be mapped, or without the mark.
+/// Not mappable, or without the mark.
 const FAILED: u8 = 4;
 
 impl Mark {
@@ -73,7 +73,7 @@ impl Mark {
         Self { buffer, words, word: 0, recordings: AtomicU32::new(0), state: Arc::default() }
     }
 
-    /// The mark of another frame in the same buffer, whose earlier frames record no more.
+    /// The mark of another frame in the same buffer, once its earlier frames record no more.
     fn again(&self) -> Self {
         self.unmap();
         let &Self { ref buffer, ref words, word, ref state, .. } = self;
@@ -115,7 +115,7 @@ impl Mark {
 #[derive(Debug)]
 pub(super) struct Marks {
     current: Arc<Mark>,
-    /// Those of earlier frames, oldest first, mapped or being mapped.
+    /// Marks of earlier frames, oldest first, mapped or being mapped.
     earlier: VecDeque<Arc<Mark>>,
 }
 
@@ -126,7 +126,7 @@ impl Marks {
         Self { current, earlier: VecDeque::new() }
     }
 
-    /// The mark of the last frame that was prepared.
+    /// The mark of the frame prepared last.
     pub(super) fn current(&self) -> Arc<Mark> {
         Arc::clone(&self.current)
     }
@@ -145,18 +145,18 @@ impl Marks {
         }
     }
 
-    /// Whether all frames ran that were believed to be on their way.
+    /// Whether all frames that were thought to be on their way ran.
     pub(super) fn have_run(&self) -> bool {
         let mapped = self.earlier.iter().filter(|mark| mark.state.load(SeqCst) == MAPPED);
         mapped.filter(|mark| !mark.is_written()).count() == 0
     }
 
-    /// Leaves the last frame valid.
+    /// Keeps the last frame valid.
     pub(super) fn keep(&self) {
         self.current.unmap();
     }
 
-    /// Begins a frame, whose mark is current then.
+    /// Begins a frame with a new current mark.
     pub(super) fn turn(&mut self, device: &Device) {
         let recordings = self.current.recordings.load(SeqCst);
         if recordings == 0 {
@@ -169,7 +169,7 @@ impl Marks {
             }
             !is_lost
         });
-        // Unless the device has not come to it.
+        // Unless the device has not reached it.
         let oldest = self.earlier.front().filter(|mark| mark.state.load(SeqCst) == RAN);
         let next = match oldest.filter(|_| self.earlier.len() >= KEPT) {
             Some(oldest) => {

@@ -9,7 +9,7 @@ use glam::{IVec3, UVec3};
 use std::sync::LazyLock;
 use wgpu::{BindGroup, Texture, TextureDimension, TextureSampleType, TextureUsages};
 
-/// Most bricks of all of a host's grids: 2.4 GB of voxels.
+/// Most bricks of all of a host's grids together: 2.4 GB of voxels.
 const MAX_BRICKS: u64 = 1 << 19;
 
 /// Reader of a host's voxels: a kernel that calls WGSL of the host.
@@ -18,19 +18,19 @@ pub struct GridLoader {
     pub(super) kernel: Kernel,
 }
 
-/// Where the voxels of a host's grid are.
+/// Source of the voxels of a host's grid.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum VoxelSource<'a> {
     /// First channel of a volume texture.
     Texture(&'a Texture),
-    /// Whatever the loader reads.
+    /// Any resources that the loader reads.
     Loader(&'a GridLoader, &'a BindGroup),
 }
 
-/// A grid whose voxels a host has on the device: read when the frame runs, so that the CPU never sees them. Voxel
-/// (i, j, k) has its centre at (i, j, k) in index space; outside density is 0. Bricks of 8^3 voxels are made of it on
-/// the device; those without density cast nothing. A density that is negative, not finite or above 65,504 counts as
-/// 0 and is counted as skipped.
+/// A grid whose voxels a host has on the device, read when the frame runs, so that the CPU never sees them.
+/// Voxel (i, j, k) has its centre at (i, j, k) in index space; outside, density is 0. The device makes bricks
+/// of 8^3 voxels; those without density cast nothing. A density that is negative, infinite, NaN or above
+/// 65,504 counts as 0 and is counted as skipped.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct HostGrid<'a> {
@@ -41,16 +41,17 @@ pub struct HostGrid<'a> {
 }
 
 impl<'a> HostGrid<'a> {
-    /// Density is the first channel of `texture`: of three dimensions, of any format of floats or normalised numbers, with
-    /// the usage `TEXTURE_BINDING`. `grid` says all else; its own bricks are empty.
+    /// The grid whose density is the first channel of `texture`: three-dimensional, of any float or
+    /// normalised format, with the usage `TEXTURE_BINDING`. `grid` gives everything else; its own bricks are
+    /// empty.
     pub fn new(texture: &'a Texture, grid: &'a Grid) -> Self {
         let size = texture.size();
         let size = UVec3::new(size.width, size.height, size.depth_or_array_layers);
         Self { source: VoxelSource::Texture(texture), size, grid, version: None }
     }
 
-    /// `size` voxels that `loader` reads. `bindings`: of the loader's layout; `grid` says all else, its own bricks are
-    /// empty.
+    /// The grid of `size` voxels that `loader` reads. `bindings`: of the loader's layout. `grid` gives
+    /// everything else; its own bricks are empty.
     pub fn loaded(
         loader: &'a GridLoader,
         bindings: &'a BindGroup,
@@ -61,14 +62,15 @@ impl<'a> HostGrid<'a> {
         Self { source: VoxelSource::Loader(loader, bindings), size, grid, version: None }
     }
 
-    /// Sets a version that changes when the voxels do: while it stays, maps may be kept. Without a version those that
-    /// may see the grid are rendered in every frame.
+    /// Sets a version that changes when the voxels do: while it stays, maps may be kept. Without a version,
+    /// maps that may see the grid are rendered in every frame.
     #[must_use]
     pub fn version(self, version: u64) -> Self {
         Self { version: Some(version), ..self }
     }
 
-    /// Bricks along each axis: of the cells from the one before the first voxel to that of the last.
+    /// Number of bricks along each axis: for the cells from the one before the first voxel to that of the
+    /// last.
     pub(super) fn bricks(&self) -> UVec3 {
         (self.size - 1) / BRICK_SIZE + 2
     }
@@ -98,7 +100,7 @@ impl<'a> HostGrid<'a> {
         self.grid.problem().map_or(Ok(()), Err)
     }
 
-    /// Box around all of its bricks, world space \[m\].
+    /// Box around all bricks of the grid, world space \[m\].
     pub(super) fn bounds(&self) -> Bounds {
         let edge = BRICK_SIZE as f32;
         let low = IVec3::splat(-(BRICK_SIZE as i32)).as_vec3();
@@ -125,7 +127,7 @@ impl<'a> HostGrid<'a> {
     }
 }
 
-/// The grids with bricks of theirs, whose voxels are written on the device.
+/// The grids with their bricks, whose voxels the device writes.
 pub(super) fn with_bricks(
     device: &wgpu::Device,
     grids: &[HostGrid<'_>],
@@ -138,7 +140,7 @@ pub(super) fn with_bricks(
     }
     let remedy = "make the grids smaller or coarser";
     Error::check_limit("bricks of the host's grids", MAX_BRICKS, count, remedy)?;
-    // One for all frames, which compare by it.
+    // A single one for all frames, which are compared by it.
     static EMPTY: LazyLock<Voxels> = LazyLock::new(|| Voxels::from_bits([0; BRICK_VALUES]));
     Ok(grids.iter().map(|grid| grid.with_bricks(&EMPTY)).collect())
 }

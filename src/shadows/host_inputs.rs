@@ -40,26 +40,27 @@ impl<'a> HostInputs<'a> {
         Self { grids, ..self }
     }
 
-    /// Adds depth maps of some views, at most one each.
+    /// Adds depth maps for some views, at most one each.
     #[must_use]
     pub fn depths(self, depths: &'a [HostDepth<'a>]) -> Self {
         Self { depths, ..self }
     }
 
-    /// Says that [`Prepared::bind_area_lights`](crate::Prepared::bind_area_lights) follows: the kernels that it needs are
-    /// compiled with those of the maps, and are among those of [`Shadows::pending`](crate::Shadows::pending).
+    /// Announces [`Prepared::bind_area_lights`](crate::Prepared::bind_area_lights): the kernels that it needs
+    /// are compiled with those of the maps, and are among those of
+    /// [`Shadows::pending`](crate::Shadows::pending).
     #[must_use]
     pub fn area_lights(self) -> Self {
         Self { area_lights: true, ..self }
     }
 
-    /// Uploads textures with all their levels, which pictures read; maps read the first alone.
+    /// Uploads textures with all their levels, which pictures read; maps read only the first.
     #[must_use]
     pub fn image_levels(self) -> Self {
         Self { image_levels: true, ..self }
     }
 
-    /// Adds particles of emitters, which have been loaded.
+    /// Adds particles of emitters that have been loaded.
     #[must_use]
     pub fn emitted(self, emitted: &'a [EmittedSlots]) -> Self {
         Self { emitted, ..self }
@@ -70,7 +71,7 @@ impl<'a> HostInputs<'a> {
 #[derive(Clone, Debug)]
 pub struct CasterLoader {
     pub(super) kernel: Kernel,
-    /// Whether they are Gaussians.
+    /// Whether the casters are Gaussians.
     pub(super) gaussians: bool,
 }
 
@@ -85,7 +86,7 @@ pub enum CasterCount<'a> {
         buffer: &'a Buffer,
         /// Offset of the count, a multiple of 4 \[bytes\].
         offset: u64,
-        /// Most casters, for which memory is allocated; those past it are left out.
+        /// Most casters, for which memory is allocated; further ones are left out.
         capacity: u32,
     },
 }
@@ -107,11 +108,11 @@ impl CasterCount<'_> {
     }
 }
 
-/// A set of casters in the host's buffers, in its layout: read when the frame runs, so that the CPU never
-/// sees them. Their order matters where casters are at the same depth, like that of uploads with
+/// A set of casters in the host's buffers, in its layout, read when the frame runs, so that the CPU never
+/// sees them. Their order matters where casters have the same depth, like that of uploads with
 /// [`Casters::in_order`](crate::Casters::in_order). A caster is left out and counted, and changes nothing
-/// else, if it has a number that is not finite, is farther than 1e7 m from the origin along an axis, or has
-/// no radius, a colour out of range or a material outside the set.
+/// else, if it has a number that is infinite or NaN, is farther than 1e7 m from the origin along an axis, or
+/// has no radius, a colour out of range or a material outside the set.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct HostCasters<'a> {
@@ -126,7 +127,7 @@ pub struct HostCasters<'a> {
 
 impl<'a> HostCasters<'a> {
     /// `bindings`: of the loader's layout. `materials`: those that the casters may have, indices into
-    /// [`Casters::materials`](crate::Casters::materials), which either all block light or all filter it.
+    /// [`Casters::materials`](crate::Casters::materials), which must either all block light or all filter it.
     pub fn new(
         loader: &'a CasterLoader,
         bindings: &'a BindGroup,
@@ -137,29 +138,30 @@ impl<'a> HostCasters<'a> {
         Self { loader, bindings, count, materials, bounds, least_alpha, version }
     }
 
-    /// Sets a box, finite, that contains all casters of the set: views that do not see it keep their maps.
+    /// Sets a finite box that contains all casters of the set: views that do not see it keep their maps.
     #[must_use]
     pub fn bounds(self, bounds: Bounds) -> Self {
         Self { bounds: Some(bounds), ..self }
     }
 
-    /// Sets the smallest alpha above 0, finite and not negative. If no opacity is below 1/4096, faster kernels are used.
+    /// Sets the smallest alpha above 0, finite and not negative. If no opacity is below 1/4096, faster
+    /// kernels are used.
     #[must_use]
     pub fn least_alpha(self, least_alpha: f32) -> Self {
         Self { least_alpha, ..self }
     }
 
-    /// Sets a version that changes when the casters do: while it stays, maps may be kept. Without a version
-    /// they are rendered in every frame.
+    /// Sets a version that changes when the casters do: while it stays, maps may be kept. Without a version,
+    /// maps that may see the set are rendered in every frame.
     #[must_use]
     pub fn version(self, version: u64) -> Self {
         Self { version: Some(version), ..self }
     }
 
-    /// Checks the set, the `index`th of the frame.\
-    /// \
-    /// # Errors\
-    /// What is wrong with it.
+    /// Checks the set, the `index`th of the frame.
+    ///
+    /// # Errors
+    /// The fault of the set.
     pub fn check(&self, index: usize) -> Result<(), Error> {
         let invalid = |problem| Err(Input::HostCasters.invalid(index, problem));
         let is_box =
@@ -184,10 +186,9 @@ impl<'a> HostCasters<'a> {
     }
 }
 
-/// A depth map that the host rendered for a view: its opaque surfaces, read when the frame runs, in
-/// addition to our own opaque casters or instead of them. Depth may be reversed, infinite, perspective or
-/// not, as the host's matrix says. Where the map has its clear depth (1, or 0 for reversed z), there is no
-/// surface.
+/// A depth map that the host rendered for a view: its opaque surfaces, read when the frame runs, in addition
+/// to our own opaque casters or instead of them. Depth may be reversed, infinite, perspective or not, as in
+/// the host's matrix. Where the map has its clear depth (1, or 0 for reversed z), there is no surface.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct HostDepth<'a> {
@@ -200,8 +201,8 @@ pub struct HostDepth<'a> {
 }
 
 impl<'a> HostDepth<'a> {
-    /// A map of `view`, an index. `texture`: of a depth format or r32float, of any size, with the usage
-    /// `TEXTURE_BINDING`; rendered with [`View::clip_from_world`](crate::View::clip_from_world), unless
+    /// A map for the view with index `view`. `texture`: of a depth format or r32float, of any size, with the
+    /// usage `TEXTURE_BINDING`; rendered with [`View::clip_from_world`](crate::View::clip_from_world), unless
     /// [`Self::clip_from_world`] is set.
     pub fn new(view: usize, texture: &'a Texture) -> Self {
         let (layer, clip_from_world, instead, version) = (0, None, false, None);

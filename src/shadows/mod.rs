@@ -3,9 +3,9 @@
 //! The library is a guest in its host's renderer: [`Shadows::prepare`] uploads and allocates, and makes the
 //! commands of a frame; [`Prepared::record`] only records them; nothing here submits or waits.
 //!
-//! `cull` and `casters` hold what casts, `views` what it is cast into. `batch` makes the commands from casters to
-//! maps, `smoothing` those behind all batches, `look_ups` and `masks` those that read the maps. `prepare` puts a
-//! frame together, `shadows` and `prepared` are the host's handles.
+//! `cull` and `casters` hold casters, `views` the maps they are rendered into. `batch` makes the commands
+//! from casters to maps, `smoothing` those after all batches, `look_ups` and `masks` those that read the
+//! maps. `prepare` puts a frame together, `shadows` and `prepared` are the host's handles.
 pub mod batch;
 mod caster_loader;
 mod casters;

@@ -1,7 +1,7 @@
 //! Pair capacity of a frame, and its growth.
 use crate::model::Counters;
 
-/// Pair capacity of a batch: a guess at first, then what a frame needed.
+/// Pair capacity of a batch: first a guess, then the number that a frame needed.
 #[derive(Clone, Copy, Debug)]
 pub struct PairCapacity {
     /// `None`: a guess from the number of casters.
@@ -37,8 +37,8 @@ impl PairCapacity {
         Self { pairs: None, budget, seen: None, counted: None }
     }
 
-    /// Grows to what a frame needed and a quarter more. Returns whether the frame should be rendered again: its capacity was
-    /// lower, and the budget and the device allow more.
+    /// Grows to the number that a frame needed and a quarter more. Returns whether the frame should be
+    /// rendered again: its capacity was lower, and the budget and the device allow more.
     pub fn grow(&mut self, needed: u32, capacity: u32) -> bool {
         let refused = self.pairs.is_some_and(|wanted| wanted > capacity);
         let grows = needed > capacity && capacity < self.budget && !refused;
@@ -48,11 +48,11 @@ impl PairCapacity {
         grows
     }
 
-    /// Takes note of a frame of casters that the CPU does not know. Once more than [`Self::expected`] would not
-    /// fit, the capacity grows to half as much again as was needed.
+    /// Takes note of a frame of casters that the CPU does not know. Once more than [`Self::expected`] would
+    /// not fit, the capacity grows to half as much again as the frame needed.
     pub fn see(&mut self, counters: &Counters) {
         let &Counters { pairs_needed, pair_capacity, overflowed, .. } = counters;
-        // Too many pairs of neighbours in the list, whatever the capacity.
+        // Too many pairs of neighbours in the list, for any capacity.
         let is_crowded = overflowed > 0 && pairs_needed <= pair_capacity;
         let needed = if is_crowded { u32::MAX } else { pairs_needed };
         let seen = self.seen.unwrap_or(0).max(needed);
@@ -81,14 +81,15 @@ impl PairCapacity {
         self.counted.filter(|counted| counted.casters == casters)
     }
 
-    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so far.
+    /// Pairs that the next frames of such casters are expected to need at most: a quarter more than any so
+    /// far.
     pub fn expected(&self) -> Option<u32> {
         self.seen.map(roomy)
     }
 }
 
-/// Capacity for frames that need about as many pairs: of many alike some need a few more, each of which would else be
-/// made again.
+/// Capacity for frames that need about as many pairs: of many similar frames some need a few more pairs, and
+/// would otherwise be rendered again.
 pub fn roomy(pairs: u32) -> u32 {
     pairs.saturating_add(pairs / 4)
 }

@@ -38,7 +38,7 @@ pub(super) struct MapSet {
     memory: Memory,
 }
 
-/// Maps of a frame, and what the next one takes over besides them.
+/// Maps of a frame, and the state that the next frame takes over with them.
 #[derive(Debug)]
 pub(super) struct FrameMaps {
     pub set: MapSet,
@@ -50,17 +50,17 @@ pub(super) struct FrameMaps {
 /// Commands of a frame.
 #[derive(Debug)]
 pub(super) struct FrameCommands {
-    /// From casters to the maps of all views that must be rendered.
+    /// Commands from casters to the maps of all views that must be rendered.
     pub rendering: Commands,
-    /// Whether these change any map.
+    /// Whether these commands change any map.
     pub draws: bool,
-    /// From casters to the number of their pairs.
+    /// Commands from casters to the number of their pairs.
     pub counting: Commands,
     pub counted: Counted,
     pub memory: Memory,
 }
 
-/// Commands of the last frame, and what they were made for: the next frame's where only contents differ.
+/// Commands of the last frame, and their inputs: the next frame takes them over where only contents differ.
 #[derive(Debug)]
 struct Made {
     commands: Arc<FrameCommands>,
@@ -126,12 +126,12 @@ impl Reuse {
 
 impl MapSet {
     fn new(request: &Request<'_>) -> Result<Self, Error> {
-        let &Request { queue, views, config, .. } = request;
+        let &Request { views, config, .. } = request;
         let (window, colored) = (request.window(), request.colored());
         let mut memory = Memory::default();
         let device = request.kernels.device();
         let mut allocator = Allocator::new(device, &mut memory);
-        let mut maps = Maps::new(&mut allocator, queue, views, config, colored, window > 0)?;
+        let mut maps = Maps::new(&mut allocator, views, config, colored, window > 0)?;
         let blur = config.settings.blur;
         let mut soften = None;
         if window > 0 {
@@ -165,10 +165,10 @@ impl<'a> Request<'a> {
     }
 
     /// Allocates maps and scratch memory and makes the commands, whose kernels may not be compiled yet. With
-    /// the maps of an earlier frame only those views are rendered whose own parameters, visible groups or
-    /// casters within these have changed since it was recorded; the texels of all others are kept, or copied
-    /// to their new rectangles if the number of views or a map's size differs. A view that is rendered has
-    /// the same bits as in a whole frame of the same [`CasterSet`], unless pairs go past the budget.
+    /// the maps of an earlier frame, only views are rendered whose own parameters, visible groups or casters
+    /// within these have changed since it was recorded; the texels of all others are kept, or copied to their
+    /// new rectangles if the number of views or a map's size differs. A view that is rendered has the same
+    /// bits as in a whole frame of the same [`CasterSet`], unless pairs exceed the budget.
     pub(super) fn frame(&self, earlier: Option<FrameMaps>) -> Result<Frame, Error> {
         let &Self { queue, config, casters, views, .. } = self;
         let earlier = earlier.filter(|earlier| self.can_follow(earlier));
@@ -199,7 +199,7 @@ impl<'a> Request<'a> {
         let scratch = self.scratch(reuse.scratch, &mut plans)?;
         let pair_capacity = scratch.0.pair_capacity;
         let same_scratch = former.is_some_and(|former| Arc::ptr_eq(&former, &scratch.0));
-        // Until here what the last frame returned is valid.
+        // Up to here the last frame's return value is valid.
         self.last.fetch_add(1, Ordering::Relaxed);
         let made = reuse.made.filter(|made| same_scratch && self.repeats(made, &plans, &scratch.0));
         let made = match made {
@@ -216,23 +216,19 @@ impl<'a> Request<'a> {
         Ok(Frame { maps, commands, pair_capacity, culled })
     }
 
-    /// Whether the commands of the last frame are this one's, too.
+    /// Whether the commands of the last frame serve this one, too.
     fn repeats(&self, made: &Made, plans: &[BatchPlan], scratch: &Scratch) -> bool {
         let host = self.casters.shared_host();
         let is_of = |made: &Option<Arc<HostSets>>| {
             made.as_ref().map(Arc::as_ptr) == host.as_ref().map(Arc::as_ptr)
         };
-        let profile = &self.config.profile;
+        let tuning = &self.config.tuning;
         made.config == *self.config
             && self.config.settings.mips == 0
             && made.casters == self.casters.id()
             && is_of(&made.commands.counted.host)
             && made.plans.len() == plans.len()
-            && made
-                .plans
-                .iter()
-                .zip(plans)
-                .all(|(made, plan)| made.is_alike(plan, profile, scratch))
+            && made.plans.iter().zip(plans).all(|(made, plan)| made.is_alike(plan, tuning, scratch))
     }
 
     /// The commands of a frame.
@@ -250,6 +246,9 @@ impl<'a> Request<'a> {
         memory.add_all(&scratch.1);
         if let Some(relocation) = relocation {
             relocation.count(&mut memory);
+        }
+        if !kept && !plans.iter().all(BatchPlan::has_depths) {
+            set.raw().fill_depths(queue);
         }
         if !kept && plans.iter().all(|plan| plan.lists[1].footprint_count == 0) {
             set.raw().fill_clear(queue);
@@ -314,7 +313,7 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Commands behind all batches. `is_new`: whether a filter map has changed.
+    /// Commands after all batches. `is_new`: whether a filter map has changed.
     fn smoothing(
         &self,
         allocator: &mut Allocator<'_>,
@@ -351,7 +350,7 @@ impl<'a> Request<'a> {
             && same_curves
     }
 
-    /// Scratch memory of the batches, an earlier frame's if it is large enough, and its size.
+    /// Scratch memory of the batches, an earlier frame's if that is large enough, and its size.
     fn scratch(
         &self,
         earlier: Option<(Arc<Scratch>, Memory)>,
@@ -375,12 +374,12 @@ impl<'a> Request<'a> {
         plans: &[BatchPlan],
         pairs: Option<u32>,
     ) -> Result<(Arc<Scratch>, Memory), Error> {
-        let &Self { queue, config, .. } = self;
+        let &Self { config, .. } = self;
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(self.kernels.device(), &mut memory);
         let nodes = config.nodes();
         let scratch = allocated(allocator.device, || {
-            Scratch::new(&mut allocator, queue, config, plans, pairs, nodes)
+            Scratch::new(&mut allocator, config, plans, pairs, nodes)
         })?;
         Ok((Arc::new(scratch), memory))
     }

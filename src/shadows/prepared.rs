@@ -27,10 +27,10 @@ pub struct Prepared {
     /// Number of the frame, and of the last one that was prepared.
     pub(super) frame: u64,
     pub(super) last: Arc<AtomicU64>,
-    /// By which the next frame knows that this one ran, and keeps its maps.
+    /// Mark by which the next frame knows that this one ran, so that it keeps the maps.
     pub(super) mark: Arc<Mark>,
     pub(super) planned: Planned,
-    /// Of all frames of the `Shadows`.
+    /// Statistics of all frames of the `Shadows`.
     pub(super) statistics: Arc<Statistics>,
     /// Whether some material filters light.
     pub(super) tints: bool,
@@ -39,20 +39,21 @@ pub struct Prepared {
     pub(super) maps: Maps,
     /// Light that glass throws, if some light asked for it.
     pub caustics: Option<Caustics>,
-    /// Of all frames of the `Shadows`.
+    /// Shelf of all frames of the `Shadows`.
     pub(super) light_shelf: Arc<LightShelf>,
 }
 
 impl Prepared {
     /// Records every stage of every view that must be rendered. Allocates nothing and submits nothing.
     ///
-    /// Maps count as rendered once these commands run: where their encoder is dropped or the device refuses their
-    /// submission, the next [`prepare`](crate::shadows::Shadows::prepare) has them rendered again. Submit them before it:
-    /// afterwards the device refuses them, naming a mark that was destroyed or is mapped.
+    /// Maps count as rendered once these commands run: where their encoder is dropped or the device refuses
+    /// their submission, the next [`prepare`](crate::shadows::Shadows::prepare) has them rendered again.
+    /// Submit the commands before that call: afterwards the device refuses them, naming a mark that was
+    /// destroyed or is mapped.
     ///
     /// # Errors
-    /// [`Error::Superseded`] if a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over; then
-    /// nothing is recorded.
+    /// [`Error::Superseded`] if a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps
+    /// over; then nothing is recorded.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.record_timed(encoder, &mut Timeline::untimed())
     }
@@ -76,11 +77,12 @@ impl Prepared {
         Ok(())
     }
 
-    /// Replaces the bindings of the host's casters of `set`, an index, by others of the same layout, from
-    /// the next [`Self::record`] on: for hosts that alternate between two buffers.
+    /// Replaces the bindings of the host's casters with index `set` by others of the same layout, from the
+    /// next [`Self::record`] on: for hosts that alternate between two buffers.
     ///
     /// # Errors
-    /// If there is no such set, the bindings are of another layout, the device is lost, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    /// If there is no such set, the bindings are of another layout, the device is lost, or a later
+    /// [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind(&self, set: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
         self.check_usable()?;
         let host = self.commands.counted.host.as_ref();
@@ -89,10 +91,11 @@ impl Prepared {
         is_bound.then_some(()).ok_or(Input::HostCasters.invalid(set, problem))
     }
 
-    /// Like [`Self::rebind`], of the host's grid `grid`, an index, whose voxels a loader reads.
+    /// Like [`Self::rebind`], for the host's grid with index `grid`, whose voxels a loader reads.
     ///
     /// # Errors
-    /// If there is no such grid, the bindings are of another layout, the device is lost, or a later [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
+    /// If there is no such grid, the bindings are of another layout, the device is lost, or a later
+    /// [`prepare`](crate::shadows::Shadows::prepare) has taken the maps over.
     pub fn rebind_grid(&self, grid: usize, bindings: &wgpu::BindGroup) -> Result<(), Error> {
         self.check_usable()?;
         let host = self.commands.counted.host.as_ref();
@@ -101,7 +104,7 @@ impl Prepared {
         is_bound.then_some(()).ok_or(Input::HostGrid.invalid(grid, problem))
     }
 
-    /// The commands of the frame: for its export.
+    /// The commands of the frame, for its export.
     #[doc(hidden)]
     pub fn commands(&self) -> &Commands {
         &self.commands.rendering
@@ -112,8 +115,8 @@ impl Prepared {
         (self.kernels.device(), &self.queue)
     }
 
-    /// Records only the counting of pairs: if nothing of a scene is known, [`Self::counters`] then gives
-    /// the needed capacity at a fraction of a frame's time, so that no frame takes the slower scatter path.
+    /// Records only the counting of pairs: for an unknown scene, [`Self::counters`] then gives the needed
+    /// capacity at a fraction of a frame's time, so that no frame takes the slower scatter path.
     ///
     /// # Errors
     /// Those of [`Self::record`].
@@ -137,7 +140,7 @@ impl Prepared {
         check_alive(self.device().0)
     }
 
-    /// What look-ups in the maps are made of.
+    /// Objects for look-ups in the maps.
     pub fn light_shelf(&self) -> &Arc<LightShelf> {
         &self.light_shelf
     }

@@ -34,9 +34,9 @@ pub struct Shadows {
     config: Config,
     casters: Option<CasterSet>,
     maps: Option<FrameMaps>,
-    /// What else the last frame made.
+    /// Other objects of the last frame.
     shelf: Shelf,
-    /// What binds the host's casters.
+    /// Objects that bind the host's casters.
     host_shelf: Shelf,
     depth_views: DepthViews,
     light_shelf: Arc<LightShelf>,
@@ -48,8 +48,8 @@ pub struct Shadows {
 }
 
 impl Shadows {
-    /// Shadows on a host's device and queue, of which it keeps handles. It runs on the best tier
-    /// that the device was opened for ([`Tier::of`] says which the adapter has).
+    /// Shadows on a host's device and queue, of which it keeps handles. They run on the best tier that the
+    /// device was opened for ([`Tier::of`] gives the adapter's best).
     ///
     /// # Errors
     /// If the device has less than WebGPU's limits, or refuses a kernel.
@@ -95,7 +95,7 @@ impl Shadows {
         if !missing.is_empty() {
             return Err(Error::Unsupported { tier, missing });
         }
-        Ok(Self::of(queue, Kernels::new(device, tier, config.profile, cache), config))
+        Ok(Self::of(queue, Kernels::new(device, tier, config.tuning, cache), config))
     }
 
     fn of(queue: &wgpu::Queue, kernels: Kernels, config: Config) -> Self {
@@ -116,8 +116,8 @@ impl Shadows {
         }
     }
 
-    /// Another one on the same device, for other casters and views, with the same kernels: nothing is compiled twice. For
-    /// hosts with several worlds or cameras.
+    /// Further shadows on the same device, for other casters and views, with the same kernels: nothing is
+    /// compiled twice. For hosts with several worlds or cameras.
     #[must_use]
     pub fn another(&self) -> Self {
         Self::of(&self.queue, self.kernels.clone(), self.config)
@@ -145,15 +145,15 @@ impl Shadows {
         Ok(kernel)
     }
 
-    /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept
-    /// if nothing that they see has changed; the others are rendered when the [`Prepared`] is recorded.
-    /// Earlier [`Prepared`] values are invalid from then on; submit first what was recorded of them. Maps of a frame
-    /// that was recorded and did not run ([`Prepared::record`]) are rendered again: to know it, the device is polled, which
-    /// does not wait and calls the host's callbacks of what is done.
+    /// Uploads changes of `casters` and allocates the maps of `views`. Maps of the previous frame are kept if
+    /// nothing that they see has changed; the others are rendered when the [`Prepared`] is recorded. Earlier
+    /// [`Prepared`] values become invalid: submit their recorded commands first. Maps of a frame that was
+    /// recorded and did not run ([`Prepared::record`]) are rendered again: to know it, the device is polled,
+    /// which does not wait, but calls the host's callbacks for finished work.
     ///
     /// # Errors
-    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost. While maps and
-    /// scratch memory are what there is no memory for, the last [`Prepared`] stays valid.
+    /// If a caster or view violates the contract of its fields, or the device is out of memory or lost. If
+    /// memory is missing for maps or scratch memory, the last [`Prepared`] stays valid.
     pub fn prepare(
         &mut self,
         casters: &Casters<'_>,
@@ -196,7 +196,9 @@ impl Shadows {
             return Err(Input::HostDepth.invalid(0, problem));
         }
         self.upload(casters, inputs)?;
-        self.adopt(settings);
+        let fitting = settings.within_curve_budget(views);
+        let nodes_dropped = u64::from(settings.curve_nodes() - fitting.curve_nodes());
+        self.adopt(&fitting);
         let set = self.casters.as_mut().ok_or(Error::Superseded)?;
         let kernels = self.kernels.with_shelf(&self.host_shelf);
         set.set_host_casters(&kernels, casters.materials, inputs)?;
@@ -252,6 +254,7 @@ impl Shadows {
             views_searched: cache.searched as u64,
             culled,
             hidden: cache.hidden_count(),
+            nodes_dropped,
             pair_capacity,
             ..Counters::default()
         };
@@ -271,7 +274,7 @@ impl Shadows {
             commands: Arc::clone(&commands),
             tints: casters.materials.iter().any(tints),
             views: views.to_vec(),
-            settings: *settings,
+            settings: fitting,
             maps: maps.set.maps.clone(),
             caustics: None,
             light_shelf: Arc::clone(&self.light_shelf),
@@ -295,8 +298,8 @@ impl Shadows {
         (self.kernels.device(), self.kernels.tier())
     }
 
-    /// Grows the pair capacity to what a frame needed. Returns whether it grew: then some casters took the
-    /// slower scatter path, and the next [`Self::prepare`] has the capacity for them.
+    /// Grows the pair capacity to the number that a frame needed. Returns whether it grew: then some casters
+    /// took the slower scatter path, and the next [`Self::prepare`] has room for them.
     pub fn grow_from(&mut self, counters: &Counters) -> bool {
         let grows = self.capacity.grow(counters.pairs_needed, counters.pair_capacity);
         if self.casters.as_ref().is_some_and(|set| set.host().is_some()) {
@@ -323,7 +326,7 @@ impl Shadows {
     #[doc(hidden)]
     pub fn configure(&mut self, change: impl FnOnce(&mut Config)) {
         change(&mut self.config);
-        self.kernels.follow(self.config.profile);
+        self.kernels.follow(self.config.tuning);
     }
 
     /// Uploads changes of `casters`, or makes their set anew, and returns its identity.

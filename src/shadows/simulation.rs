@@ -16,7 +16,7 @@ use wgpu::{Buffer, BufferUsages};
 pub struct Simulation {
     queue: wgpu::Queue,
     forces: Forces,
-    /// Parameters of each round that one recording may make, and dispatches that start particles and advance
+    /// Parameters for each round that one recording may make, and dispatches that start particles and advance
     /// them.
     rounds: Vec<(Buffer, [Dispatch; 2])>,
     emitted: Buffer,
@@ -28,8 +28,8 @@ pub struct Simulation {
 }
 
 /// WGSL for a [`Shadows::caster_loader`] that reads the particles of a [`Simulation`]: it goes before the
-/// host's own `load_caster` and declares `emitted_particles[index]` and `life_share`. The buffer is
-/// binding 0 of the host's group.
+/// host's own `load_caster` and declares `emitted_particles[index]` and `life_share`. The buffer is binding 0
+/// of the host's group.
 pub const EMITTED_WGSL: &str = "
 struct EmittedParticle { position: vec3<f32>, number: u32, velocity: vec3<f32>, age_life: u32 }
 @group(1) @binding(0) var<storage, read> emitted_particles: array<EmittedParticle>;
@@ -45,8 +45,8 @@ impl Shadows {
     /// An emitter that is simulated on the device, from time step 0 on.
     ///
     /// # Errors
-    /// If a number of the emitter is out of its range, its path has more than 30 rows in a sixtieth of a second, or the
-    /// device is lost, out of memory or refuses the kernel.
+    /// If a number of the emitter is out of its range, its path has more than 30 rows in a sixtieth of a
+    /// second, or the device is lost, out of memory or refuses the kernel.
     pub fn simulation(&self, forces: &Forces) -> Result<Simulation, Error> {
         self.simulation_until(forces, u32::MAX)
     }
@@ -99,8 +99,7 @@ impl Simulation {
     pub const MAX_STEPS: u32 = ROUNDS * STEPS_AT_ONCE;
 
     /// Records up to `steps` more steps of 1/60 s, at most [`Self::MAX_STEPS`], and returns their number:
-    /// fewer at a time if the emitter has a path.
-    /// The commands must be submitted before it records again.
+    /// fewer at a time if the emitter has a path. The commands must be submitted before it records again.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, steps: u32) -> u32 {
         self.record_timed(encoder, &mut Timeline::untimed(), steps)
     }
@@ -136,19 +135,19 @@ impl Simulation {
         self.step - first
     }
 
-    /// Records the removal of all particles, and goes on from time step `step`, earlier or later: those that
-    /// started before it are missing.
+    /// Records the removal of all particles, and goes on from time step `step`, earlier or later. Particles
+    /// that started before it are missing.
     pub fn restart(&mut self, encoder: &mut wgpu::CommandEncoder, step: u32) {
         encoder.clear_buffer(&self.emitted, 0, None);
         self.step = step;
     }
 
-    /// Particles, as [`EMITTED_WGSL`] reads them: [`Self::capacity`] of them. Usages `STORAGE` and `COPY_SRC`.
+    /// Buffer of [`Self::capacity`] particles, for [`EMITTED_WGSL`]. Usages `STORAGE` and `COPY_SRC`.
     pub fn particles(&self) -> &Buffer {
         &self.emitted
     }
 
-    /// Largest number of particles that are alive at once.
+    /// Largest number of particles alive at once.
     pub fn capacity(&self) -> u32 {
         self.capacity
     }

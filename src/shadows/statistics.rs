@@ -15,7 +15,7 @@ use wgpu::{Buffer, CommandEncoder};
 /// Counters of a frame on the device.
 #[derive(Debug)]
 pub(super) struct Counted {
-    /// Of the opaque and the translucent list of each batch.
+    /// Counters of the opaque and the translucent list of each batch.
     pub lists: Vec<[Buffer; 2]>,
     pub host: Option<Arc<HostSets>>,
 }
@@ -39,7 +39,7 @@ impl Counted {
     }
 }
 
-/// What counters are of, and those that no kernel counts.
+/// Properties of a frame that its counters belong to, and counts that no kernel makes.
 #[derive(Clone, Debug)]
 pub(super) struct Planned {
     pub counters: Counters,
@@ -90,7 +90,7 @@ impl Planned {
 /// Frames whose counters may be on their way at a time.
 const SLOTS: usize = 4;
 
-/// Buffers that counters of frames are read through.
+/// Buffers through which counters of frames are read.
 #[derive(Debug, Default)]
 pub(super) struct Statistics(Mutex<Vec<Slot>>);
 
@@ -98,9 +98,9 @@ pub(super) struct Statistics(Mutex<Vec<Slot>>);
 struct Slot {
     staging: Buffer,
     state: Arc<AtomicU8>,
-    /// Of the copied counters: the frame's number and what they are of.
+    /// For copied counters: the frame's number and properties.
     planned: Option<(u64, Planned)>,
-    /// Index of the word that the last 4 bytes have once the copy ran.
+    /// Index of the word that the last 4 bytes hold once the copy has run.
     word: u32,
 }
 
@@ -116,7 +116,7 @@ impl Statistics {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Size of the counters, and a mark behind them \[bytes\].
+    /// Size of the counters, and a mark after them \[bytes\].
     fn size(counted: &Counted) -> u64 {
         (counted.size() + 4).next_power_of_two()
     }
@@ -149,7 +149,7 @@ impl Statistics {
         }
     }
 
-    /// The counters of the first frame that were not taken, if the device has them.
+    /// The counters of the first frame that were not taken yet, if the device has them.
     fn take(&self, device: &wgpu::Device) -> Result<Option<Counters>, Error> {
         let lost = |error: String| Error::Lost(error);
         let mut slots = self.slots();
@@ -161,7 +161,7 @@ impl Statistics {
             });
         }
         device.poll(wgpu::PollType::Poll).map_err(|error| lost(error.to_string()))?;
-        // In order also where another thread's poll is between the answers of two slots.
+        // In order, even if another thread polls between the answers of two slots.
         let is_back = |slot: &&mut Slot| matches!(slot.state.load(SeqCst), MAPPED | FAILED);
         let number = |slot: &&mut Slot| slot.planned.as_ref().map(|(frame, _)| *frame);
         let waiting = slots.iter_mut().filter(|slot| slot.planned.is_some());
@@ -172,7 +172,7 @@ impl Statistics {
         }
         let mapped = slot.staging.get_mapped_range(..);
         let bytes = mapped.map_err(|error| lost(error.to_string()))?;
-        // Without the mark the frame did not run.
+        // Without the mark, the frame did not run.
         let has_run = Words::is(slot.word, &bytes[bytes.len() - 4..]);
         let counters = planned.filter(|_| has_run).map(|(_, planned)| planned.counters(&bytes));
         drop(bytes);
@@ -207,8 +207,9 @@ impl Prepared {
         Ok(self.planned.counters(&bytes))
     }
 
-    /// Records the copy of the frame's counters, which [`Shadows::statistics`] returns: after [`Self::record`], in the
-    /// same submission or a later one. Does nothing while four frames' counters wait for being taken.
+    /// Records the copy of the frame's counters, which [`Shadows::statistics`] returns: after
+    /// [`Self::record`], in the same submission or a later one. Does nothing while the counters of four
+    /// frames wait to be taken.
     ///
     /// # Errors
     /// Those of [`Self::record`].
@@ -220,10 +221,10 @@ impl Prepared {
 }
 
 impl Shadows {
-    /// Counters of a frame with [`Prepared::record_statistics`], of one after the other, as soon as the device has them:
-    /// mostly a frame or two late, whether or not its maps were taken over since. Call it once a frame, after the
-    /// submission; it does not block. Frames that did not run have none. The pair capacity grows to what the frame needed, as by
-    /// [`Self::grow_from`].
+    /// Counters of frames with [`Prepared::record_statistics`], one frame after the other, as soon as the
+    /// device has them: mostly a frame or two late, even if a later frame has taken the maps over. Call it
+    /// once a frame, after the submission; it does not block. Frames that did not run have none. The pair
+    /// capacity grows to the number that the frame needed, as by [`Self::grow_from`].
     ///
     /// # Errors
     /// If the device is lost.

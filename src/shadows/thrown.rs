@@ -13,12 +13,12 @@ pub struct Caustics {
     /// First texel of each view, 0 for those without.
     pub firsts: Vec<u32>,
     pub(super) commands: Commands,
-    /// What it allocated, by name.
+    /// Allocated bytes, by name.
     pub memory: Memory,
 }
 
 impl Caustics {
-    /// Records it, after the maps.
+    /// Records the thrown light, after the maps.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         self.commands.record(encoder, timeline);
         timeline.end(encoder);

@@ -7,7 +7,7 @@ use crate::{
 };
 
 impl Shadows {
-    /// The kernels that [`Self::prepare_with`] of the same arguments would compile before it returns, in
+    /// The kernels that [`Self::prepare_with`] with the same arguments would compile before it returns, in
     /// this frame and later ones, as jobs for the host's threads. Uploads the casters like `prepare_with`,
     /// which then finds them.
     ///
@@ -37,7 +37,7 @@ impl Shadows {
     }
 
     /// Uses a driver's pipeline cache for kernels that are compiled later, and adds them to it. The device
-    /// needs `PIPELINE_CACHE`; storing the cache is up to the host.
+    /// needs `PIPELINE_CACHE`; the host stores the cache.
     pub fn use_pipeline_cache(&mut self, cache: &wgpu::PipelineCache) {
         self.kernels().cache().use_driver_cache(cache);
     }

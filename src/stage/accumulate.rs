@@ -1,7 +1,7 @@
 //! accumulate: composes each tile's pairs front to back, in registers.
 //!
-//! In: tiles or segments of `pairs`, `footprints`, opaque depths. Out: `filters` and `nearests` of
-//! tiles that one workgroup finishes; sums of the others, of tiny particles and of overflow.
+//! In: tiles or segments of `pairs`, `footprints`, opaque depths. Out: `filters` and `nearests` of tiles that
+//! one workgroup finishes; sums of the other tiles, of tiny particles and of overflow.
 use super::{
     bin::SEGMENT_LENGTH,
     curve,
@@ -19,14 +19,14 @@ use crate::{
 
 /// Most workgroups of `tiny`, which fill a GPU.
 pub const TINY_GROUPS: u32 = 1024;
-/// Most that one of its invocations adds to a texel at a time. WGSL: `wgsl/sums/merge.wgsl`.
+/// Largest addend of one of its invocations to a texel at a time. WGSL: `wgsl/sums/merge.wgsl`.
 pub const LARGEST_STEP: u32 = 16380;
 // All of them may have seen a sum that is not yet saturated.
 const _: () =
     assert!(SATURATED as u64 + (TINY_GROUPS * CHUNK_SIZE) as u64 * (LARGEST_STEP as u64) < 1 << 32);
 
-/// Most texels of segments that are composed one by one, 32 bytes each, for so many pairs: the pair budget's
-/// default would need slightly more than a storage binding of 128 MiB holds.
+/// Most texels of segments that are composed one by one, of 32 bytes each, for a number of pairs: the default
+/// pair budget would need slightly more than a storage binding of 128 MiB holds.
 pub fn composed_texels(pair_capacity: u32) -> u64 {
     const TEXELS: u64 = (TILE_SIZE * TILE_SIZE) as u64;
     const MAX_SEGMENTS: u64 = (128 << 20) / 32 / TEXELS;
@@ -39,7 +39,7 @@ pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter
 /// The same for casters of one simple kind: soft discs or splats, of the `filter` transfer.
 pub(super) const PLAIN: Choice = Choice::new("accumulator", "accumulator/plain.wgsl");
 const PLAIN_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/plain.wgsl");
-/// That kind.
+/// Soft discs.
 pub(super) const DISCS: Choice = Choice::new("plain", "hit/plain_disc.wgsl");
 pub(super) const SPLATS: Choice = Choice::new("plain", "hit/plain_splat.wgsl");
 pub(super) const MAPS: Choice = Choice::new("output", "accumulator/maps.wgsl");

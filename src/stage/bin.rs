@@ -1,35 +1,35 @@
 //! bin: from depth-sorted footprints to each tile's pairs, front to back.
 //!
 //! `count` adds up the pairs of each run of footprints, `scan` places the runs, `emit` writes the pairs in
-//! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles
-//! into segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
-//! binned again in parts of its tiles (`src/shadows/batch/parts.rs`).
-//! `dispatches` holds the workgroup counts that only the GPU knows.
-use super::{sort::Shape, walk};
+//! sorted order; a stable sort by tile follows, then `tiles` finds each tile's pairs and cuts long tiles into
+//! segments. Casters whose pairs do not fit are listed in `overflow` for the scatter path, or the list is
+//! binned again in parts of its tiles (`src/shadows/batch/parts.rs`). `dispatches` holds the workgroup counts
+//! that only the GPU knows.
+use super::{sort::Partition, walk};
 use crate::gpu::{Constant, KernelDesc, Tier};
 
 /// Pairs that one workgroup of `accumulate` walks. With the loops inside a visit, an invocation
 /// stays below the 65,535 iterations that llvmpipe allows it.
 pub const SEGMENT_LENGTH: u32 = 2048;
 
-/// Pairs of a segment of soft discs of the `filter` transfer, which take one iteration a pair, on software adapters.
-/// It is longer, because the sums of several segments are added with atomics, which cost more than a better
-/// balance saves.
+/// Pairs of a segment of soft discs of the `filter` transfer, which take one iteration a pair, on software
+/// adapters. It is longer, because the sums of several segments are added with atomics, which cost more than
+/// a better balance saves.
 pub const DISC_SEGMENT: u32 = 8192;
-/// [`DISC_SEGMENT`] on GPUs, where a subgroup alone would walk 8,192 pairs for a millisecond or two, while others have
-/// none, and atomics are cheap. Of the most pairs of a tile, 16 million, more segments than add to a texel at a time
-/// without wrapping (2^32 / (7 * 65,536)) are not in flight on any GPU.
+/// [`DISC_SEGMENT`] on GPUs, where atomics are cheap, and one subgroup would walk 8,192 pairs for a
+/// millisecond or two while others idle. A tile has at most 16 million pairs; no GPU runs so many of its
+/// segments at a time that their sums would wrap (2^32 / (7 * 65,536)).
 pub const WIDE_DISC_SEGMENT: u32 = 1024;
 /// Invocations of `scan`'s only workgroup.
 const SCAN_LANES: u32 = 256;
 /// Invocations of the other steps' workgroups, on software adapters: a subgroup of llvmpipe.
 const SERIAL_LANES: u32 = 8;
-/// Invocations of the other steps' workgroups, on GPUs. `bin_emit_wide` bisects as many.
+/// Invocations of the other steps' workgroups, on GPUs. `bin_emit_wide` bisects this number.
 const WIDE_LANES: &[Constant] = &[("SCAN_LANES", 64.0)];
 /// Invocations of a workgroup of `clear` and `tiles`.
 pub const TILE_LANES: u32 = 64;
 
-/// Clears what the others add to.
+/// Clears the counters and sums of the other kernels.
 pub const CLEAR: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
     ..KernelDesc::new("bin_clear", "bin/bin_clear.wgsl")
@@ -85,16 +85,17 @@ pub const PART_CLEAR: KernelDesc = KernelDesc {
     ..KernelDesc::new("part_clear", "bin/part_clear.wgsl")
 };
 
-/// Where pairs did not fit: number of pairs of each tile, and the bands of tiles that each footprint may touch.
+/// Where pairs did not fit: number of pairs of each tile, and the bands of tiles that each footprint may
+/// touch.
 pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/part_count.wgsl");
 
-/// Number of pairs before each tile, and whether the parts that are recorded suffice.
+/// Prefix sum of the tiles' pairs, and whether the recorded parts suffice.
 pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/part_plan.wgsl");
 
-/// Before all parts: none has segments yet.
+/// Before all parts: sets the numbers of segments to zero.
 pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/part_first.wgsl");
 
-/// The next part: as many tiles as there is room for their pairs, and first and last pair of each.
+/// The next part: as many tiles as there is room for their pairs, and the first and last pair of each.
 pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/part_next.wgsl");
 
 /// The pairs of each tile of a part, front to back.
@@ -102,7 +103,7 @@ pub const PART_GATHER: KernelDesc = KernelDesc::new("part_gather", "bin/part_gat
 
 /// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
 #[derive(Clone, Copy, Debug)]
-pub enum Dispatch {
+pub enum DispatchEntry {
     /// Casters whose pairs did not fit.
     Overflow,
     /// Segments of long tiles.
@@ -111,13 +112,13 @@ pub enum Dispatch {
     Merged,
     /// [`PART_COUNT`], where footprints did not fit.
     PartCount,
-    /// A workgroup for each tile of the present part; in place of the sum its first tile.
+    /// A workgroup for each tile of the present part; instead of the sum, its first tile.
     Part,
-    /// No dispatch: x is 1 if the list goes through parts; in place of the sum the tile behind the part.
+    /// No dispatch: x is 1 if the list goes through parts; instead of the sum, the tile behind the part.
     Parted,
 }
 
-impl Dispatch {
+impl DispatchEntry {
     /// Number of entries.
     pub const COUNT: u64 = 6;
 
@@ -127,14 +128,14 @@ impl Dispatch {
     }
 }
 
-// `CLEAR` has an invocation for each word of them.
-const _: () = assert!(4 * Dispatch::COUNT <= TILE_LANES as u64);
+// `CLEAR` has an invocation for each of their words.
+const _: () = assert!(4 * DispatchEntry::COUNT <= TILE_LANES as u64);
 
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/bin.wgsl`.
     #[derive(Default, Eq)]
     pub struct BinParams {
-        /// Of a list with host casters the most; `cull` replaces it.
+        /// For a list with host casters the most; `cull` replaces it.
         pub footprint_count: u32,
         pub run_length: u32,
         pub run_count: u32,
@@ -148,9 +149,9 @@ crate::records::gpu_struct! {
 }
 
 impl BinParams {
-    /// Parameters of a list, with room for so many pairs.
+    /// Parameters of a list with room for `pair_capacity` pairs.
     pub fn new(
-        shape: Shape,
+        partition: Partition,
         footprint_count: u32,
         pair_capacity: u32,
         tile_count: u32,
@@ -166,13 +167,13 @@ impl BinParams {
             tile_count,
             view_count,
             segment_length,
-            block_runs: block_runs(shape),
+            block_runs: block_runs(partition),
         }
     }
 
     /// Workgroups of the kernels that count and emit.
-    pub fn run_groups(&self, shape: Shape) -> [u32; 3] {
-        [self.run_count.div_ceil(block_runs(shape)), 1, 1]
+    pub fn run_groups(&self, partition: Partition) -> [u32; 3] {
+        [self.run_count.div_ceil(block_runs(partition)), 1, 1]
     }
 
     /// Workgroups of [`CLEAR`], [`PART_CLEAR`] and [`TILES`].
@@ -217,7 +218,7 @@ crate::records::gpu_struct! {
         pub tile: u32,
         pub first: u32,
         pub end: u32,
-        /// Its view, and from bit 8 the place of its tile's record in `tiles`.
+        /// Its view, and from bit 8 the index of its tile's record in `tiles`.
         pub source: u32,
     }
 }
@@ -226,40 +227,40 @@ crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/bin.wgsl`.
     #[derive(Default, Eq)]
     pub struct PartParams {
-        /// Pairs of a part at most.
+        /// Most pairs of a part.
         pub room: u32,
         /// Parts that are recorded.
         pub most_parts: u32,
     }
 }
 
-/// Pairs that an invocation's run writes. WGSL: `wgsl/records/bin.wgsl`.
+/// Most pairs that an invocation's run writes. WGSL: `wgsl/records/bin.wgsl`.
 pub const RUN_PAIRS: u32 = 49152;
 
 /// Runs of a workgroup of `count` and `emit`: one for each invocation, or one for all.
-pub fn block_runs(shape: Shape) -> u32 {
-    match shape {
-        Shape::Serial => SERIAL_LANES,
-        Shape::Wide => 1,
+pub fn block_runs(partition: Partition) -> u32 {
+    match partition {
+        Partition::Serial => SERIAL_LANES,
+        Partition::Wide => 1,
     }
 }
 
 /// Kernels that count and emit.
-pub fn count_and_emit(shape: Shape) -> [&'static KernelDesc; 2] {
-    match shape {
-        Shape::Serial => [&COUNT, &EMIT],
-        Shape::Wide => [&WIDE_COUNT, &WIDE_EMIT],
+pub fn count_and_emit(partition: Partition) -> [&'static KernelDesc; 2] {
+    match partition {
+        Partition::Serial => [&COUNT, &EMIT],
+        Partition::Wide => [&WIDE_COUNT, &WIDE_EMIT],
     }
 }
 
-/// Number of runs that a list is cut into: on software adapters few and long, on GPUs workgroups that keep all lanes
-/// busy.
+/// Number of runs that a list is cut into: few and long on software adapters, workgroups that keep all lanes
+/// busy on GPUs.
 const USUAL_RUNS: u32 = 2048;
 
-/// Most runs of a list and blocks of them.
-pub fn max_offsets(shape: Shape) -> u32 {
+/// Most runs of a list plus blocks of runs.
+pub fn max_offsets(partition: Partition) -> u32 {
     let runs = 2 * USUAL_RUNS;
-    runs + runs.div_ceil(block_runs(shape))
+    runs + runs.div_ceil(block_runs(partition))
 }
 
 /// Length of a run \[footprints\]. With its pairs ([`RUN_PAIRS`]) it stays below llvmpipe's 65,535
@@ -268,8 +269,8 @@ pub fn run_length(footprint_count: u32) -> u32 {
     footprint_count.div_ceil(USUAL_RUNS).clamp(1, 16000)
 }
 
-/// Workgroups for exactly as many tiles: the fewest rows that every adapter allows. A multiple of
-/// four, or whole rows of one view, has such rows.
+/// Workgroup grid for exactly `count` tiles, in as few rows as every adapter allows. A multiple of four, or
+/// whole rows of one view, has such rows.
 pub fn tile_grid(count: u32) -> [u32; 3] {
     const MAX_X: u32 = 65535;
     let fits = |rows: &u32| count.is_multiple_of(*rows) && count / rows <= MAX_X;

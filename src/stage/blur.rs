@@ -1,5 +1,5 @@
 //! blur: a separable Gaussian of the filter map and of the curves. Depths are not blurred; the nearest
-//! translucent one becomes that of the window.
+//! translucent depth becomes the window's.
 //!
 //! In: the maps. Out: the same. `near_around` holds, per texel, the nearest translucent depth of its
 //! window, its alpha, and the first depth of the window's curves; `rows` the sum over a row's window and
@@ -60,7 +60,7 @@ crate::records::gpu_struct! {
         pub radius: i32,
         /// Factor of a squared offset in the exponent.
         pub scale: f32,
-        /// Mip level of the filter map that is made, from the one before.
+        /// Mip level of the filter map to make, from the one before.
         pub level: u32,
         pub pad_0: u32,
     }

@@ -1,7 +1,8 @@
 //! caustics: light that glass throws, after the maps.
 //!
-//! In: the maps of a light, and the faces of glass. `depths` and `owners` find the nearest faces that light enters by and
-//! leaves by, texel by texel; `throw` bends the rays of each texel and adds their light where they land. Out: `caustics`.
+//! In: the maps of a light, and the faces of glass. `depths` and `owners` find the nearest faces through
+//! which light enters and leaves bodies, texel by texel; `throw` refracts the rays of each texel and adds
+//! their light where they land. Out: `caustics`.
 use crate::gpu::{Choice, Constant, KernelDesc};
 
 /// Workgroup size of kernels over the texels of faces.
@@ -15,7 +16,7 @@ const LANES: Constant = ("WORKGROUP_SIZE", FACE_LANES as f64);
 /// Depths of the nearest faces.
 pub const DEPTHS: KernelDesc =
     KernelDesc { name: "glass_depths", constants: &[LANES, ("FINDS_OWNERS", 0.0)], ..OF_FACES };
-/// Which they are.
+/// Indices of these faces.
 pub const OWNERS: KernelDesc =
     KernelDesc { name: "glass_owners", constants: &[LANES, ("FINDS_OWNERS", 1.0)], ..OF_FACES };
 /// Adds the light where it lands.

@@ -6,20 +6,20 @@
 use super::walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
-/// Size of one segment's record in `partials` \[bytes\]. `changes`: some caster adds light or is a volume. WGSL:
-/// `wgsl/curve/partial.wgsl`.
+/// Size of one segment's record in `partials` \[bytes\]. `changes`: some caster adds light or is a volume.
+/// WGSL: `wgsl/curve/partial.wgsl`.
 pub fn partial_bytes(nodes: u32, changes: bool) -> u64 {
     16 * 16 * 16 * (u64::from(nodes / 2) + 1 + 7 * u64::from(changes))
 }
 
-/// Most segments of `length` pairs with partial results for so many pairs: only tiles with more than one segment have
-/// them.
+/// Most segments of `length` pairs with partial results for a number of pairs: only tiles with more than one
+/// segment have them.
 pub fn partial_count(pair_capacity: u32, length: u32) -> u64 {
     2 * u64::from(pair_capacity / length) + 1
 }
 
-/// Sampled textures where a stage has no more than 4 storage textures: loads from storage textures are far
-/// cheaper on software adapters.
+/// Pairs from sampled textures where a stage has no more than 4 storage textures: loads from storage textures
+/// are far cheaper on software adapters.
 pub(super) const PAIRS: Choice = Choice::by_tier(
     "pairs",
     "traversal/pairs_sampled.wgsl",
@@ -34,7 +34,7 @@ pub(super) const WALK: Choice = Choice::by_tier(
 );
 pub(super) const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
-/// Curves by two walks, of casters that only pass light on.
+/// Curves by two walks, for casters that only pass light on.
 const RAYS: Choice = Choice::new("accumulator", "curve/ray.wgsl");
 const RAY_CASTERS: Choice = Choice::new("visit", "curve/ray_casters.wgsl");
 /// Soft discs of the `filter` transfer only.
@@ -48,10 +48,10 @@ pub(super) const RAY_SEGMENT: Choice = Choice::new("output", "curve/ray_segment.
 const RAY_RESOLVED: Choice = Choice::new("output", "curve/ray_resolve.wgsl");
 /// Stores curves and maps.
 const STORED: Choice = Choice::new("maps", "curve/maps_stored.wgsl");
-/// Where nodes that are finished go; [`Profile`](super::profile::Profile) may replace it.
+/// Storage of finished nodes; [`Profile`](super::profile::Profile) may replace it.
 const WRITTEN: Choice = Choice::new("written", "curve/written_at_once.wgsl");
 const TWO_WALKS: Choice = Choice::new("traversal", "curve/two_walks.wgsl");
-/// One of the walks.
+/// One of the two walks.
 const PASS: Choice =
     Choice::by_tier("pass", "traversal/uniform.wgsl", Tier::Subgroups, "traversal/subgroup.wgsl");
 /// Choices of kernels that walk casters twice.
@@ -68,7 +68,7 @@ const WALKED_TWICE: &[Choice] = &[
     LANE_CASTER,
     SUMS,
 ];
-/// Nodes during insertion; [`Profile`](super::profile::Profile) may replace it.
+/// Nodes during insertion; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "curve/nodes_shared.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
@@ -76,11 +76,11 @@ pub(super) const TILE: Choice = Choice::new("output", "curve/tile.wgsl");
 pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
-/// Choices of kernels that insert any hits into curves.
+/// Choices of kernels that insert hits of any kind into curves.
 pub(super) const CURVED: &[Choice] =
     &[IN_ORDER, CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, PAIRS, WALK, LANE_CASTER, SUMS];
 
-/// Lists of hits of tiles that are one segment.
+/// Curves of tiles that are one segment, by insertion.
 pub const TILES: KernelDesc = KernelDesc {
     shared: CURVED,
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
@@ -88,14 +88,14 @@ pub const TILES: KernelDesc = KernelDesc {
     ..walk::tiles("accumulate_curve_tiles", &[TILE])
 };
 
-/// Lists of hits of segments of longer tiles.
+/// Curves of segments of longer tiles, by insertion.
 pub const SEGMENTS: KernelDesc = KernelDesc {
     shared: CURVED,
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
     ..walk::segments("accumulate_curve_segments", &[SEGMENT])
 };
 
-/// Two walks of tiles that are one segment.
+/// Curves of tiles that are one segment, by two walks.
 pub const RAY_TILES: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
@@ -103,21 +103,21 @@ pub const RAY_TILES: KernelDesc = KernelDesc {
     ..walk::tiles("accumulate_curve_ray_tiles", &[RAY_TILE])
 };
 
-/// Two walks of segments of longer tiles.
+/// Curves of segments of longer tiles, by two walks.
 pub const RAY_SEGMENTS: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
     ..walk::segments("accumulate_curve_ray_segments", &[RAY_SEGMENT])
 };
 
-/// [`RAY_TILES`] of discs alone.
+/// [`RAY_TILES`] for discs alone.
 pub const DISC_TILES: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_tiles",
     with: &[RAY_DISCS[0], RAY_DISCS[1], RAY_TILE],
     ..RAY_TILES
 };
 
-/// [`RAY_SEGMENTS`] of discs alone.
+/// [`RAY_SEGMENTS`] for discs alone.
 pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_curve_disc_segments",
     with: &[RAY_DISCS[0], RAY_DISCS[1], RAY_SEGMENT],
@@ -131,7 +131,7 @@ pub const RAY_RESOLVE: KernelDesc = KernelDesc {
     ..walk::resolve("resolve_curve_rays", &[RAY_RESOLVED])
 };
 
-/// Curves of tiles of several segments, of lists.
+/// Curves of tiles of several segments, by insertion.
 pub const RESOLVE: KernelDesc = KernelDesc {
     shared: CURVED,
     constants: &[("NODES", 8.0)],

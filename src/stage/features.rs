@@ -27,11 +27,11 @@ bitflags::bitflags! {
         const HAS_OWNERS = 1 << 9;
         /// Some material is dithered.
         const HAS_DITHER = 1 << 10;
-        /// Some casters are no soft discs of the `filter` transfer.
+        /// Some casters are not soft discs of the `filter` transfer.
         const NOT_PLAIN = 1 << 11;
-        /// Some casters are no splats of the `filter` transfer.
+        /// Some casters are not splats of the `filter` transfer.
         const NOT_SPLATS = 1 << 33;
-        /// Some casters are no opaque triangles without texture or pattern.
+        /// Some casters are not opaque triangles without texture or pattern.
         const NOT_SOLID = 1 << 12;
         /// Opaque triangles of a few texels have a kernel of their own.
         const HAS_SMALL = 1 << 13;
@@ -39,13 +39,13 @@ bitflags::bitflags! {
         const PERSPECTIVE = 1 << 14;
         /// The views are orthographic ones; for lists with Gaussians only.
         const PARALLEL = 1 << 36;
-        /// Setups have the numbers of their footprints; for splats alone.
+        /// The setup of a splat has its footprint's index; for splats alone.
         const SETUPS_IN_ORDER = 1 << 37;
         /// There are opaque casters as well; for casters of one simple kind only.
         const HAS_OPAQUE = 1 << 15;
         /// Tiles have many casters; for casters of one simple kind only.
         const DENSE = 1 << 16;
-        /// Casters are collected in a queue; for those of one simple kind only.
+        /// Casters are collected in a queue; for casters of one simple kind only.
         const QUEUED = 1 << 17;
         /// Curves are softened.
         const HAS_SOFTENING = 1 << 18;
@@ -79,12 +79,14 @@ bitflags::bitflags! {
         const HAS_BRICKS = 1 << 31;
         /// Some triangles have colours at their corners.
         const HAS_VERTEX_COLORS = 1 << 34;
-        /// Some pane shows what is behind it aside, or blurred.
+        /// Some pane shows the scene behind it refracted or blurred.
         const HAS_REFRACTION = 1 << 35;
-        /// Some triangles reflect a share of the light by its angle.
+        /// Some triangles reflect a share of the light that depends on its angle.
         const HAS_FRESNEL = 1 << 39;
         /// Some triangles of the picture send light on to their far side.
         const HAS_FAR_SIDES = 1 << 40;
+        /// Images say of some triangles of the picture what they are like texel by texel.
+        const HAS_DETAILS = 1 << 42;
         /// Glass throws light of some light of the picture.
         const HAS_CAUSTICS = 1 << 41;
         /// Some of the views whose levels are made are faces of cubes.
@@ -103,7 +105,7 @@ pub struct Features {
     pub masks_at_once: u32,
 }
 
-/// Casters that have kernels of their own, where there are no others.
+/// Kinds of casters that have kernels of their own, for lists without others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Simple {
     /// Soft discs.
@@ -121,12 +123,12 @@ impl Features {
         Self { nodes, ..Self::NONE }.with(Flags::HAS_GAIN, has_gain)
     }
 
-    /// Whether it has all of these.
+    /// Whether it has all of `flags`.
     pub fn has(self, flags: Flags) -> bool {
         self.flags.contains(flags)
     }
 
-    /// The same with `flags` on or off.
+    /// The features with `flags` on or off.
     #[must_use]
     pub fn with(mut self, flags: Flags, on: bool) -> Self {
         self.flags.set(flags, on);

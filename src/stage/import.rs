@@ -1,8 +1,8 @@
 //! import: the host's depth maps to opaque depths, after `occlude` and before `accumulate`; and convert:
 //! filters to a layout of the host, after all other stages.
 //!
-//! `import_depths` In: `host_depths` of one view. Out: `opaques`, lowered or replaced. `convert_maps` In:
-//! `filters`, `nearests`. Out: `converted`, words to be copied to a texture.
+//! `import_depths`: in: `host_depths` of one view; out: `opaques`, lowered or replaced. `convert_maps`: in:
+//! `filters`, `nearests`; out: `converted`, words to be copied to a texture.
 use crate::gpu::KernelDesc;
 
 /// Edge of a workgroup \[texels\].
@@ -20,7 +20,7 @@ pub const MAPS: KernelDesc = KernelDesc {
     ..KernelDesc::new("convert_maps", "import/convert_maps.wgsl")
 };
 
-/// Workgroups for a map of so many texels.
+/// Workgroups for a map of `size` texels.
 pub fn grid(size: glam::UVec2) -> [u32; 3] {
     [size.x.div_ceil(EDGE), size.y.div_ceil(EDGE), 1]
 }

@@ -1,8 +1,8 @@
-//! levels: prefiltered maps for area lights, made after the maps: ever coarser blocks of texels, each with
-//! the mean light of its texels as a function of depth.
+//! levels: prefiltered deep shadow maps for area lights (Lokovic and Veach 2000), made after the maps: ever
+//! coarser blocks of texels, each with the mean light of its texels as a function of depth.
 //!
-//! In: the maps. Out: `levels`, records level by level (`src/records/area.rs`). `new_levels` takes one
-//! level at a time and is copied, as a level is read while the next is made.
+//! In: the maps. Out: `levels`, records level by level (`src/records/area.rs`). `new_levels` takes one level
+//! at a time and is copied, because a level is read while the next is made.
 use crate::gpu::{Choice, KernelDesc};
 
 /// Edge of a workgroup \[blocks\].
@@ -12,14 +12,15 @@ const fn of(name: &'static str, with: &'static [Choice]) -> KernelDesc {
     KernelDesc { name, with, ..KernelDesc::new("level_blocks", "levels/level_blocks.wgsl") }
 }
 
-/// Look-up for point lights only; area lights give no penumbra.
+/// Look-up for point lights only: area lights have no penumbrae.
 pub const OF_POINT: Choice = Choice::new("source", "shade/source_point.wgsl");
 /// Look-up for scenes with area lights.
 pub const OF_AREA: Choice = Choice::new("source", "shade/source_area.wgsl");
 
-/// What a look-up lays aside stays in registers.
+/// Values that a look-up lays aside stay in registers.
 pub const IN_REGISTERS: Choice = Choice::new("aside", "shade/aside_private.wgsl");
-/// What a look-up lays aside is in workgroup memory: an area light's needs more registers than GPUs have.
+/// Values that a look-up lays aside are in workgroup memory: an area light needs more registers than GPUs
+/// have.
 pub const IN_WORKGROUP: Choice = Choice::new("aside", "shade/aside_workgroup.wgsl");
 
 /// Makes the first level.

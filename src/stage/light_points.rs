@@ -1,7 +1,7 @@
-//! The light that reaches points: of a picture and of a host.
+//! light points: the light that reaches points of a picture or of a host.
 //!
-//! In: `points`, the shadow maps. For a picture: the light that each sends to the eye. For the points of a host: the share of
-//! each light that reaches them.
+//! In: `points`, the shadow maps. Out: for a picture, the light that each point sends to the eye; for a host,
+//! the share of each light that reaches each point.
 use super::{
     caustics,
     features::{Features, Flags},
@@ -18,19 +18,19 @@ use glam::{Mat4, UVec3, Vec3, Vec4};
 pub const POINT_LANES: u32 = 64;
 /// Texels of a point. WGSL: `wgsl/records/point.wgsl`.
 pub const POINT_TEXELS: u32 = 4;
-/// Lists of the points of a band that are lit, in a buffer: for each list [`LIST_HEAD`] words, the
-/// workgroups of its dispatch and its length, and then the points. WGSL: `wgsl/records/point_list.wgsl`.
+/// Lists of a band's points to light, in a buffer: for each list [`LIST_HEAD`] words, the workgroups of its
+/// dispatch and its length; then the points. WGSL: `wgsl/records/point_list.wgsl`.
 pub const SURFACE_LIST: u32 = 0;
 /// List of the panes.
 pub const PANE_LIST: u32 = 1;
 /// Number of lists.
 pub const LIST_COUNT: u32 = 2;
-/// All points of a batch are evaluated.
+/// No list: all points of a batch are evaluated.
 pub const NO_LIST: u32 = u32::MAX;
 /// Words of a list's head.
 pub const LIST_HEAD: u32 = 4;
-/// Pairs of a tile that one round walks: with the panes blended on the way an invocation stays below the
-/// 65,535 iterations that llvmpipe allows it. WGSL: `wgsl/shade/band.wgsl`.
+/// Pairs of a tile that one round walks: together with the panes blended on the way, an invocation stays
+/// below the 65,535 iterations that llvmpipe allows it. WGSL: `wgsl/shade/band.wgsl`.
 pub const ROUND_LENGTH: u32 = 16384;
 
 /// Constants of kernels over points.
@@ -163,9 +163,9 @@ crate::records::gpu_struct! {
         pub has_normals: u32,
         /// [`SURFACE_LIST`], [`PANE_LIST`] or [`NO_LIST`].
         pub list: u32,
-        /// Of points in bricks: first texel of their grid's record.
+        /// For points in bricks: first texel of their grid's record.
         pub grid: u32,
-        /// 1 where their brick's own voxels shadow them.
+        /// 1 where the voxels of their own brick shadow them.
         pub own_shadow: u32,
     }
 }
@@ -220,7 +220,7 @@ crate::records::gpu_struct! {
         pub tone: u32,
         /// Share of the light that spreads.
         pub bloom: f32,
-        /// Radius of what occludes ambient light \[m\].
+        /// Radius around a surface in which others occlude ambient light \[m\].
         pub occlusion_radius: f32,
         /// Added to it, times the distance along the axis.
         pub occlusion_radius_per_distance: f32,

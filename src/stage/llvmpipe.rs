@@ -1,5 +1,5 @@
-//! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile). To do
-//! without them, delete both, `queued`, `interleaved`, `columns` and `loaded`: only speed is lost.
+//! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile). Without
+//! them, and without `queued`, `interleaved`, `columns` and `loaded`, only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS, PLAIN, SPLATS},
     curve,
@@ -11,11 +11,11 @@ use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
 
 /// Replaces [`IN_ORDER`](super::walk::IN_ORDER).
 pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
-/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the tier
-/// has.
+/// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the
+/// tier allows.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
-/// Invocations hold four texels in a column, or eight of simple casters; nodes of curves, hits that wait for late ones, and what look-ups lay
-/// aside are registers, and loops over them are written out.
+/// Invocations hold four texels in a column, or eight of simple casters; nodes of curves, hits that wait for
+/// late ones, and values that look-ups lay aside are in registers, and loops over them are unrolled.
 pub const COLUMNS: [Choice; 7] = [
     Choice::new("rows", "llvmpipe/rows_four.wgsl"),
     Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),
@@ -27,7 +27,7 @@ pub const COLUMNS: [Choice; 7] = [
 ];
 /// Invocations hold eight texels of casters of one simple kind.
 const EIGHT: Choice = Choice::new("column", "traversal/column_eight.wgsl");
-/// All marked loops are written out.
+/// All marked loops are unrolled.
 const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects casters until there is one for each lane.
 const QUEUE: Choice = Choice::new("traversal", "llvmpipe/queue.wgsl");
@@ -49,14 +49,14 @@ pub const DISC_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     ..walk::segments("accumulate_disc_queue_segments", &[PLAIN, EIGHT, DISCS, MAPS, QUEUE])
 };
 
-/// Splats that are collected in a queue.
+/// Replaces [`SPLAT_TILES`](super::accumulate::SPLAT_TILES) where splats are collected in a queue.
 pub const SPLAT_QUEUE_TILES: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_tiles",
     with: &[INTERLEAVED, PLAIN, EIGHT, SPLATS, MAPS, FETCHED, QUEUE],
     ..DISC_QUEUE_TILES
 };
 
-/// As [`SPLAT_QUEUE_TILES`], of segments.
+/// The same for segments.
 pub const SPLAT_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_queue_segments",
     with: &[PLAIN, EIGHT, SPLATS, MAPS, QUEUE],
@@ -89,7 +89,7 @@ pub const CURVE_QUEUE_SEGMENTS: KernelDesc = KernelDesc {
     )
 };
 
-/// Kernels of tiles and segments that collect casters of a kind.
+/// Kernels for tiles and segments that collect casters of a kind.
 pub(super) fn queue_kernels(kind: Simple) -> [&'static KernelDesc; 2] {
     match kind {
         Simple::Discs => [&DISC_QUEUE_TILES, &DISC_QUEUE_SEGMENTS],

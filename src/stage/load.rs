@@ -1,11 +1,12 @@
 //! load: casters in the host's buffers to records, and culling of their groups per view.
 //!
-//! `load_casters`, `load_gaussians` (once a frame and set) In: the host's `load_caster` or `load_gaussian`. Out: `casters`,
-//! as if they had been uploaded, and a box around each group of [`CHUNK_SIZE`]. `pack_voxels` (before, once a
-//! grid of the host) In: `host_voxels`, or the host's `load_density`. Out: `voxels`, and which bricks have some; these
-//! `load_bricks` takes for casters. `cull_groups`, `cull_scan`, `cull_list` (once a list)
-//! In: the boxes, six planes a view. Out: chunks for `project` and their number, which is never read back: the dispatch covers
-//! all groups, and surplus workgroups end early.
+//! `load_casters`, `load_gaussians` (once per frame and set): in: the host's `load_caster` or
+//! `load_gaussian`; out: `casters`, as if they had been uploaded, and a box around each group of
+//! [`CHUNK_SIZE`]. `pack_voxels` (before, once per grid of the host): in: `host_voxels`, or the host's
+//! `load_density`; out: `voxels`, and the states of bricks, from which `load_bricks` makes casters.
+//! `cull_groups`, `cull_scan`, `cull_list` (once per list): in: the boxes, six planes per view; out: chunks
+//! for `project` and their number, which is never read back: the dispatch covers all groups, and surplus
+//! workgroups end early.
 use super::{project::CHUNK_SIZE, walk::SCAN};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
@@ -54,7 +55,7 @@ pub const CULL_GROUPS: KernelDesc = KernelDesc {
     ..KernelDesc::new("cull_groups", "load/cull_groups.wgsl")
 };
 
-/// Chunks and footprints before each block of groups, and those of the whole list.
+/// Prefix sums of the chunks and footprints of blocks of groups, and their totals.
 pub const CULL_SCAN: KernelDesc = KernelDesc {
     name: "cull_scan",
     entry: "cull_scan",
@@ -71,13 +72,13 @@ pub const CULL_LIST: KernelDesc = KernelDesc {
     ..CULL_GROUPS
 };
 
-/// The kernels that cull so many combinations of a view and a group, and their workgroups.
+/// The kernels that cull `entries` combinations of a view and a group, and their workgroups.
 pub fn cull(entries: u32) -> [(&'static KernelDesc, [u32; 3]); 3] {
     let blocks = [entries.div_ceil(CULL_BLOCK), 1, 1];
     [(&CULL_GROUPS, blocks), (&CULL_SCAN, [1; 3]), (&CULL_LIST, blocks)]
 }
 
-/// Elements of `listed_counts` for so many combinations.
+/// Elements of `listed_counts` for `entries` combinations.
 pub fn listed_length(entries: u32) -> u64 {
     u64::from(entries) + 2 * u64::from(entries.div_ceil(CULL_BLOCK))
 }

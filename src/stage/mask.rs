@@ -1,9 +1,9 @@
 //! mask: the share of each light that reaches each pixel of the picture.
 //!
-//! In: visible surfaces (those of a picture by `gobo-picture`), the shadow maps, the lights of the camera's clusters. `surfaces` keeps
-//! depths and normals; for masks of half the size also one of each 2 x 2 pixels. `look_up` reads the
-//! maps, `blur` and `enlarge` filter across the pixels of one surface. Out: `light_masks`, which
-//! `light_points` reads.
+//! In: visible surfaces (a picture's come from `gobo-picture`), the shadow maps, the lights of the camera's
+//! clusters. `surfaces` keeps depths and normals; for masks of half the size, also one of each 2 x 2 pixels.
+//! `look_up` reads the maps, `blur` and `enlarge` filter across the pixels of one surface. Out:
+//! `light_masks`, which `light_points` reads.
 use super::{
     features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
@@ -44,12 +44,12 @@ pub const LOOK_UP: KernelDesc = KernelDesc {
 /// [`LOOK_UP`] with area lights.
 pub const AREA_LOOK_UP: KernelDesc =
     KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, IN_WORKGROUP, NOT_JOINED], ..LOOK_UP };
-/// The kernel that looks masks up.
+/// The kernel that looks up masks.
 pub fn look_up(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_LOOK_UP } else { &LOOK_UP }
 }
 
 /// Filters across the pixels of a surface.
 pub const BLUR: KernelDesc = KernelDesc::new("mask_blur", "mask/mask_blur.wgsl");
-/// Makes masks of the picture's size of those of half of it.
+/// Makes masks of the picture's size from masks of half its size.
 pub const ENLARGE: KernelDesc = KernelDesc::new("mask_enlarge", "mask/mask_enlarge.wgsl");

@@ -1,7 +1,7 @@
 //! The pipeline, stage by stage.
 //!
-//! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files that its imports from
-//! `choice::` stand for. Everything else is in `wgsl/`.
+//! A kernel is data ([`KernelDesc`]): the file of its entry point, and the files for its imports from
+//! `choice::`. Everything else is in `wgsl/`.
 pub mod accumulate;
 pub mod bin;
 pub mod blur;
@@ -17,12 +17,12 @@ pub mod llvmpipe;
 pub mod load;
 pub mod mask;
 pub mod occlude;
-pub mod profile;
 pub mod project;
 pub mod resolve;
 pub mod simulate;
 pub mod soften;
 pub mod sort;
+pub mod tuning;
 pub mod walk;
 
 pub use walk::WalkKernels;

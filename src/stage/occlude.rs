@@ -16,8 +16,8 @@ const TRIANGLES: Choice = Choice::new("accumulator", "accumulator/triangles.wgsl
 const TRIANGLE_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/triangles.wgsl");
 pub(super) const DEPTHS: Choice = Choice::new("output", "accumulator/depths.wgsl");
 
-/// Opaque triangles of a few texels, written straight to `small_depths`, one element per texel of the
-/// batch: views follow each other, row by row.
+/// Opaque triangles of a few texels, written straight to `small_depths`, one element per texel of the batch:
+/// view by view, row by row.
 pub const SMALL: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     ..KernelDesc::new("occlude_small", "entry/small.wgsl")

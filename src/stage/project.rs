@@ -45,13 +45,14 @@ crate::records::gpu_struct! {
         pub chunk_count: u32,
         /// 1: tiny particles take the scatter path.
         pub scatter: u32,
-        /// Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
+        /// Footprint of the first triangle less the index of its setup, modulo 2^32: setups of Gaussians come
+        /// first.
         pub first_setup: u32,
-        /// Footprint of the Gaussian whose setup has number 0, modulo 2^32: those of the host come behind all others.
+        /// Footprint of the Gaussian with setup 0, modulo 2^32: the host's Gaussians come behind all others.
         pub first_gaussian: u32,
         /// 1: the camera's list includes casters without shadows.
         pub include_non_casters: u32,
-        /// 1: depth keys of perspective views are by distance from the light or the eye.
+        /// 1: depth keys of perspective views are distances from the light or the eye.
         pub by_distance: u32,
     }
 }

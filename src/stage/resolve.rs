@@ -22,5 +22,5 @@ pub const ORDERED: KernelDesc = KernelDesc {
 pub const SUMS_ALONE: KernelDesc =
     walk::resolve("resolve_sums", &[FILTER, INVOCATION_ROWS, KEPT_SUMS]);
 
-/// Opaque depths of such tiles.
+/// Opaque depths of tiles that several workgroups added to.
 pub const OPAQUE: KernelDesc = walk::resolve("resolve_opaque", &[DEPTH, INVOCATION_ROWS, DEPTHS]);

@@ -1,5 +1,5 @@
-//! soften: dithered opaque depths become a grey or coloured filter, by a separable blur of the visibility over one
-//! window of the pattern.
+//! soften: dithered opaque depths become a grey or coloured filter, by a separable blur of the visibility
+//! over one window of the pattern.
 //!
 //! In: the maps. Out: maps of the same size, without blurring any depth. Curves get the visibility through
 //! dithered surfaces as one more ramp.
@@ -15,13 +15,13 @@ pub const ROWS: KernelDesc = separable("soften_rows", OF_ROWS, &[]);
 /// Opaque depths, along columns.
 pub const COLUMNS: KernelDesc = separable("soften_columns", OF_COLUMNS, &[("COLUMN", 1.0)]);
 
-/// [`ROWS`] of depths per channel.
+/// [`ROWS`] for depths per channel.
 pub const COLORED_ROWS: KernelDesc = separable("soften_colored_rows", OF_ROWS, &[("COLORED", 1.0)]);
-/// [`COLUMNS`] of depths per channel.
+/// [`COLUMNS`] for depths per channel.
 pub const COLORED_COLUMNS: KernelDesc =
     separable("soften_colored_columns", OF_COLUMNS, &[("COLUMN", 1.0), ("COLORED", 1.0)]);
 
-/// After [`ROWS`], or [`COLORED_ROWS`], which leave the same with curves.
+/// Follows [`ROWS`] or [`COLORED_ROWS`], whose results are the same with curves.
 pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
     constants: &[("NODES", 8.0)],
     ..KernelDesc::new("soften_curve_columns", "soften/curve_columns.wgsl")

@@ -28,7 +28,7 @@ impl AtlasLimits {
     /// The limits of every WebGPU device.
     pub const CORE: Self = Self { edge: 8192, layers: 256, texels: u64::MAX };
 
-    /// The same, of at most so many texels in all.
+    /// The limits, with at most `texels` in all.
     #[must_use]
     pub fn within(self, texels: u64) -> Self {
         Self { texels, ..self }
@@ -36,7 +36,7 @@ impl AtlasLimits {
 
     /// The limits of a device.
     pub fn of(limits: &wgpu::Limits) -> Self {
-        // Longer edges bring nothing, and the allocator counts in 16 bits.
+        // Longer edges gain nothing, and the allocator counts in 16 bits.
         let edge = limits.max_texture_dimension_2d.min(16384);
         Self { edge, layers: limits.max_texture_array_layers, texels: u64::MAX }
     }
@@ -58,7 +58,7 @@ pub struct Atlas {
 pub struct Wish {
     /// Size of the map \[texels\].
     pub size: UVec2,
-    /// Whether the user chose the size: it is halved only if nothing else is left.
+    /// Whether the user chose the size: it is halved only as a last resort.
     pub fixed: bool,
 }
 
@@ -67,17 +67,17 @@ fn whole_tiles(size: UVec2) -> UVec2 {
 }
 
 /// Rectangle that a map of `size` texels occupies: whole tiles.
-fn rectangle(size: UVec2) -> UVec2 {
+pub(super) fn rectangle(size: UVec2) -> UVec2 {
     tiles_of(size) * TILE_SIZE
 }
 
-fn area(size: UVec2) -> u64 {
+pub(super) fn area(size: UVec2) -> u64 {
     u64::from(size.x) * u64::from(size.y)
 }
 
 impl Atlas {
-    /// Packs maps into layers as large as the largest map, or larger if that takes fewer texels or if the
-    /// layers do not suffice. `None` if the maps do not fit.
+    /// Packs maps into layers as large as the largest map, or larger if that takes fewer texels or the layers
+    /// do not suffice. `None` if the maps do not fit.
     pub fn pack(sizes: &[UVec2], limits: &AtlasLimits) -> Option<Self> {
         let largest = sizes.iter().fold(UVec2::splat(TILE_SIZE), |a, &b| a.max(rectangle(b)));
         // Candidate layer sizes [quarters of the largest map].
@@ -159,9 +159,9 @@ impl Atlas {
     }
 }
 
-/// Halves maps until all fit: always the largest, the last of them first, those of a fixed size only if
-/// nothing else is left. Returns how many are smaller than requested; a map of one tile stays, so that even
-/// then not all may fit.
+/// Halves maps until all fit: always the largest, the last of them first, and maps of a fixed size only as a
+/// last resort. Returns how many are smaller than requested. A map of one tile stays, so even then some may
+/// not fit.
 pub fn shrink_to_fit(wishes: &mut [Wish], limits: &AtlasLimits) -> usize {
     let before = wishes.to_vec();
     loop {

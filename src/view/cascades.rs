@@ -1,21 +1,21 @@
-//! Cascades: windows of a directional light that follow the camera without a shimmer.
+//! Cascades: windows of a directional light that follow the camera without shimmering.
 //!
-//! Each window holds the sphere around the camera's frustum up to its split, so that its size does
-//! not depend on where the camera looks, and moves by whole texels (Valient 2007, "Stable Rendering
-//! of Cascaded Shadow Maps"). The frusta are nested: where a window fades, the next one holds the
-//! point too. Depths enclose the whole scene, so that every caster is in front of its receivers,
-//! and don't change while the scene's bounds do not.
+//! Each window holds the sphere around the camera's frustum up to its split, so that its size does not depend
+//! on the viewing direction, and moves by whole texels (Valient 2007, "Stable Rendering of Cascaded Shadow
+//! Maps"). The frusta are nested: where a window fades, the next one holds the point too. Depths enclose the
+//! whole scene, so that every caster is in front of its receivers, and don't change while the scene's bounds
+//! do not.
 use super::{
     Projection, View, ViewRole,
     fit::{light_up, looking},
-    window::{BORDER, Extent, rounded_up, snapped, stepped},
+    window::{BORDER, LightBox, rounded_up, snapped, stepped},
 };
 use crate::model::{Bounds, Camera, Cascades};
 use glam::{Mat4, UVec2, Vec3};
 
 /// Share of the range below which distances to the eye do not influence a split.
 const NEAREST: f64 = 1e-3;
-/// Steps of an octave in which windows along the camera's axis grow.
+/// Steps per octave by which windows along the camera's axis grow.
 const STEPS: f64 = 16.0;
 
 /// End of each cascade [m from the eye, along its axis]; the last is `range` (Zhang et al. 2006,
@@ -33,8 +33,8 @@ pub fn splits(cascades: &Cascades, range: f32) -> Vec<f32> {
     (1..count).map(split).chain([range]).collect()
 }
 
-/// Default shadow range: the width of the scene, doubled until it holds the scene's farthest corner. It
-/// changes in steps, so that the windows keep their size while the camera moves \[m\].
+/// Default shadow range: the width of the scene, doubled until it holds the scene's farthest corner \[m\]. It
+/// changes in steps, so that the windows keep their size while the camera moves.
 pub(super) fn usual_range(camera: &Camera, bounds: &Bounds) -> f32 {
     let farthest = bounds.corners().iter().fold(0f32, |far, c| far.max(c.distance(camera.eye)));
     let mut range = stepped(2.0 * bounds.radius()).clamp(1e-3, 1e8);
@@ -45,7 +45,7 @@ pub(super) fn usual_range(camera: &Camera, bounds: &Bounds) -> f32 {
 }
 
 /// Bounding sphere of the camera's frustum up to `split` \[m from the eye\]: distance of its centre from the
-/// eye, and its radius, both per metre of split.
+/// eye, and its radius, both per metre of `split`.
 fn frustum_sphere(camera: &Camera) -> (f64, f64) {
     let aspect = f64::from(camera.size.x) / f64::from(camera.size.y);
     let slope = (f64::from(camera.fov_y) * 0.5).tan() * (1.0 + aspect * aspect).sqrt();
@@ -73,7 +73,8 @@ pub(super) struct Fit<'a> {
 impl Fit<'_> {
     /// `size_of`: edge of each cascade's map \[texels\].
     pub(super) fn views(&self, cascades: &Cascades, size_of: &dyn Fn(usize) -> u32) -> Vec<View> {
-        // From the split where a window would be as large as the scene, the last one holds the whole scene.
+        // From the split at which a window would be as large as the scene, the last one holds the whole
+        // scene.
         let (_, radius) = frustum_sphere(self.camera);
         let covering = self.extent().stepped_edge() / (2.0 * radius);
         let range = cascades.range.unwrap_or_else(|| usual_range(self.camera, self.bounds));
@@ -92,8 +93,8 @@ impl Fit<'_> {
         looking(Vec3::ZERO, self.direction, light_up(self.direction))
     }
 
-    fn extent(&self) -> Extent {
-        Extent::new(&self.axes(), self.bounds)
+    fn extent(&self) -> LightBox {
+        LightBox::new(&self.axes(), self.bounds)
     }
 
     fn view(&self, cascades: &Cascades, index: usize, split: f64, last: bool, size: u32) -> View {
@@ -102,7 +103,7 @@ impl Fit<'_> {
         let (ahead, radius) = frustum_sphere(self.camera);
         let (forward, eye) = (self.camera.target - self.camera.eye, self.camera.eye);
         let center = eye.as_dvec3() + forward.as_dvec3().normalize() * (ahead * split);
-        // The border of the last window lies outside what the camera sees.
+        // The border of the last window lies outside the camera's frustum.
         let inner = if last { 1.0 - f64::from(cascades.fade) } else { 1.0 };
         let whole = f64::from(size);
         let texel = 2.0 * radius * split / (whole * inner - 2.0 * BORDER).max(1.0);

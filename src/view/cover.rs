@@ -9,7 +9,7 @@ pub(super) struct Cover<'a> {
     pub(super) all: Bounds,
     /// Bounds of the casters; `all` if there are none.
     pub(super) casters: Bounds,
-    /// The scene, if it has triangles that do not cast and do not enlarge the map: a ground up to the
+    /// The scene, if it has triangles that cast no shadow and so do not enlarge the map: a ground up to the
     /// horizon.
     scene: Option<&'a Scene>,
     /// Receivers in addition to the scene.
@@ -21,7 +21,7 @@ impl<'a> Cover<'a> {
         Self { all, casters: all, scene: None, receivers: None }
     }
 
-    /// With air the maps are as deep as the scene, because light is scattered up to its end.
+    /// With air, the maps are as deep as the scene, because light is scattered up to its end.
     pub(super) fn of_scene(scene: &'a Scene) -> Self {
         let all = scene.held_bounds().or_unit();
         if scene.air.is_some() || scene.materials.iter().all(|material| material.casts) {
@@ -50,7 +50,7 @@ impl<'a> Cover<'a> {
         }
     }
 
-    /// The cover with further receivers.
+    /// The cover with additional receivers.
     pub(super) fn around(self, receivers: &'a Receivers) -> Self {
         let all = receivers.boxes().fold(self.all, Bounds::with);
         Self { all, receivers: Some(receivers), ..self }
@@ -83,7 +83,7 @@ impl<'a> Cover<'a> {
     }
 }
 
-/// Least z of a box that touches a rectangle; infinite for one that does not.
+/// Least z of a box that touches a rectangle; infinite for a box that does not.
 fn deepest_of_box(bounds: &Bounds, view_from_world: &Mat4, min: Vec2, max: Vec2) -> f32 {
     let corners = bounds.corners().map(|corner| view_from_world.transform_point3(corner));
     let seen = corners.iter().fold(Bounds::EMPTY, |all, &corner| all.with_sphere(corner, 0.0));

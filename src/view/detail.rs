@@ -1,18 +1,19 @@
-//! Windows of finer texels where pictures show edges of shadows in coarse ones.
+//! Windows of finer texels where pictures would show coarse texels at edges of shadows.
 //!
-//! Small pictures of the triangles, as the camera and as the light sees them, say where edges of shadows may be seen, and how
-//! wide a texel may be there to be no wider than a pixel (`places.rs`). What they miss has the texels of the light's own map.
+//! Small pictures of the triangles, seen by the camera and by the light, find places where edges of shadows
+//! may be visible, and the widest texel there that is no wider than a pixel (`places.rs`). Edges that they
+//! miss have the texels of the light's own map.
 //!
-//! A scene that moves is looked at in the moments of its [`Course`](crate::model::Course), so that a light that stands still
-//! has the same windows in all frames, whatever moves beside it; one that moves has those of the frame.
+//! A moving scene is sampled at the moments of its [`Course`](crate::model::Course), so that a light at rest
+//! has the same windows in all frames, whatever moves beside it; a moving light has windows for each frame.
 use super::{
     View, ViewRole,
     atlas::{Atlas, AtlasLimits},
     fit::fitted_views,
 };
 use crate::model::{LightKind, Scene, ShadowFilter, WindowsKey};
-pub(in crate::view) use places::Picture;
 use places::Seen;
+pub(in crate::view) use places::ShownPicture;
 use window::Window;
 
 mod places;
@@ -20,18 +21,19 @@ mod window;
 
 /// Names of a light's windows, the finest first.
 const NAMES: [&str; 6] = ["detail0", "detail1", "detail2", "detail3", "detail4", "detail5"];
-/// Lights that have windows.
+/// Largest number of lights with windows.
 const MOST_LIGHTS: usize = 4;
-/// Edge of the largest window \[texels\]; with curves of half as many, and smaller ones by thirds and quarters.
+/// Edge of the largest window \[texels\], half as many with curves; smaller ones have three quarters, a half
+/// and so on.
 const LARGEST: u32 = 2048;
 /// Texels of a light's windows, in windows of [`LARGEST`] a side.
 const MOST_TEXELS: f64 = 4.0;
-/// What a window must bring for each [`LARGEST`] texels of its edge: mean square of the share by which texels are too wide.
+/// Least gain of a window, per [`LARGEST`] texels of its edge: mean square of the excess width of texels.
 const PRICE: f64 = 0.0033;
-/// Places that are asked what a window brings.
+/// Places for which the gain of a window is measured.
 const ASKED: usize = 1000;
 
-/// Takes the scene as it is in a moment.
+/// Takes the scene's state at a moment.
 type See<'a> = &'a mut dyn FnMut(&Scene);
 
 impl View {
@@ -41,8 +43,8 @@ impl View {
     }
 }
 
-/// [`fitted_views`], and windows of finer texels before those of lights that they are for, if the scene's settings ask for
-/// them.
+/// [`fitted_views`], with windows of finer texels before the views that they refine, if the scene's settings
+/// ask for them.
 pub fn picture_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
     let (bases, shrunk) = fitted_views(scene, limits);
     let refined = (0..bases.len()).filter(|&i| has_windows(scene, &bases[i])).take(MOST_LIGHTS);
@@ -66,7 +68,8 @@ pub fn picture_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) 
     (with_windows.collect(), shrunk)
 }
 
-/// Whether a view is one that windows refine. Filters and blurs that are texels wide are as wide as their user chose.
+/// Whether windows may refine a view. Filters and blurs of a width in texels stay as wide as their user
+/// chose.
 fn has_windows(scene: &Scene, base: &View) -> bool {
     let Some(light) = base.light.map(|index| &scene.lights[index]) else { return false };
     let shadow = &scene.shadow;
@@ -84,13 +87,13 @@ fn has_windows(scene: &Scene, base: &View) -> bool {
         && (is_cone || is_sun)
 }
 
-/// Windows for the `refined` of `bases`, by their indices: first those of lights that stand still.
+/// Windows for the `refined` of `bases`, by their indices, first for lights at rest.
 fn chosen(scene: &Scene, bases: &[View], refined: &[usize]) -> Vec<(usize, Vec<View>)> {
     let moments = scene.moments();
     let choose = |wanted: &[usize], visit: &dyn Fn(See<'_>)| {
         let mut seen: Vec<Vec<Seen>> = vec![Vec::new(); wanted.len()];
         visit(&mut |scene| {
-            let picture = Picture::new(scene);
+            let picture = ShownPicture::new(scene);
             for (seen, &index) in seen.iter_mut().zip(wanted) {
                 seen.extend(picture.places(&bases[index]));
             }
@@ -124,7 +127,7 @@ fn chosen(scene: &Scene, bases: &[View], refined: &[usize]) -> Vec<(usize, Vec<V
     still.into_iter().zip(of_still).chain(moving.into_iter().zip(of_moving)).collect()
 }
 
-/// Windows for `base`, the finest first: one by one those by which texels come closest to what places need.
+/// Windows for `base`, the finest first, chosen one by one by how close texels come to the needed ones.
 fn windows(scene: &Scene, base: &View, mut seen: Vec<Seen>) -> Vec<View> {
     seen.sort_by(|a, b| a.texel.total_cmp(&b.texel));
     let coarsest = 1.0 / f64::from(base.scale);
@@ -156,9 +159,9 @@ fn windows(scene: &Scene, base: &View, mut seen: Vec<Seen>) -> Vec<View> {
     views.collect()
 }
 
-/// How much wider than needed texels are: squares of the share, summed over places.
+/// Excess width of texels over the needed width: squares of the ratio, summed over places.
 fn excess(seen: &[Seen], windows: &[&Window], coarsest: f64) -> f64 {
-    /// Share past which texels are no worse.
+    /// Ratio past which texels count as no worse.
     const MOST: f64 = 8.0;
     let of = |seen: &Seen| {
         let holds = windows.iter().filter(|window| window.holds(seen.place));

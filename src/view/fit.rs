@@ -1,19 +1,21 @@
-//! Shadow views from lights: standard maps, cube maps, cascades, and how large each is.
+//! Shadow views from lights: maps, cube maps and cascades, and their sizes.
 use super::{Projection, Receivers, View, ViewRole, cascades, cover::Cover, importance};
 use crate::{
     model::{
         Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, MAX_VIEWPOINTS, Scene, Shadow,
+        Source,
     },
     view::{
         atlas::{AtlasLimits, Wish, shrink_to_fit},
-        window::{Extent, stepped},
+        window::{LightBox, stepped},
     },
 };
 use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};
 
-/// Up vector of a light that looks along `forward` (unit).
+/// Up vector of a light that looks along `forward` (unit). Its map turns without a step wherever the light does, but at the
+/// vertical itself, where it goes on upside down or by a quarter turn: texels are then where they were.
 pub(super) fn light_up(forward: Vec3) -> Vec3 {
-    if forward.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y }
+    if Source::is_upright(forward) { Vec3::Z } else { Vec3::Y }
 }
 
 /// `view_from_world` of a view that looks along `forward` (unit).
@@ -44,7 +46,7 @@ const CUBE: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Ve
 
 /// Names of a shadow's cube faces, and of its cascades.
 type Names = ([&'static str; 6], [&'static str; 6]);
-/// Shadows that have names: a light's own, the further ones, and those of its source's other parts.
+/// Number of shadows with names: a light's own, the further ones, and those of its source's other parts.
 const NAMED: usize = MAX_SHADOWS + MAX_VIEWPOINTS as usize - 1;
 
 macro_rules! names {
@@ -95,12 +97,12 @@ pub fn shadow_views(scene: &Scene) -> Vec<View> {
 }
 
 /// The shadow views of all lights, in order of lights, with maps that fit the scene's texel budget and an
-/// atlas of `limits`; and how many maps are smaller than requested.
+/// atlas of `limits`; and the number of maps that are smaller than requested.
 pub fn fitted_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
     views_around(scene, limits, &Receivers::default())
 }
 
-/// Like [`fitted_views`], with near and far planes that enclose `receivers` as well as those of the scene.
+/// Like [`fitted_views`], with near and far planes that enclose `receivers` as well as the scene's.
 pub fn views_around(
     scene: &Scene,
     limits: &AtlasLimits,
@@ -126,12 +128,13 @@ pub fn views_around(
     (views, shrunk)
 }
 
-/// The shadow views of one light. `index` is the light's, `size` the edge of its maps \[texels\] if it sets
-/// none, `bounds` holds all casters and receivers (world space \[m\]). Without a `camera` to follow, a light
-/// has one view of the whole scene instead of cascades.
+/// The shadow views of one light. `index`: the light's; `size`: edge of its maps \[texels\] if it sets none;
+/// `bounds`: of all casters and receivers (world space \[m\]). Without a `camera` to follow, a light has one
+/// view of the whole scene instead of cascades.
 ///
 /// # Errors
-/// If a number of the light ([`Light::check`]), of the camera or of `bounds` is not finite or out of its range.
+/// If a number of the light ([`Light::check`]), of the camera or of `bounds` is not finite or out of its
+/// range.
 pub fn light_views(
     index: usize,
     light: &Light,
@@ -153,7 +156,7 @@ pub fn light_views(
     Ok(views_of(index, light, &|i| sizes[i], camera, &Cover::of_box(bounds.or_unit())))
 }
 
-/// `size_of`: edge of the map of each of the light's views \[texels\].
+/// `size_of`: edge of the map of each view \[texels\].
 fn views_of(
     index: usize,
     light: &Light,
@@ -182,7 +185,7 @@ fn views_of(
     views
 }
 
-/// A cone from a point of a light's source, as wide as the whole light's cone is where the scene is.
+/// A cone from a point of a light's source, wide enough for the light's own cone within the scene.
 fn wider(kind: LightKind, light: &LightKind, bounds: &Bounds) -> LightKind {
     let (LightKind::Spot { position, direction, angle }, LightKind::Spot { position: middle, .. }) =
         (kind, light)
@@ -254,12 +257,12 @@ impl Owner<'_> {
         }
     }
 
-    /// A view fitted to the casters: a square window, with planes that enclose them and every receiver
-    /// within it. Outside the window there is light. Casters that move leave the texels of others where they are,
+    /// A view fitted to the casters: a square window, with planes that enclose the casters and every receiver
+    /// within it. Outside the window there is light. Casters that move leave the texels of others in place
     /// until the window grows by a step.
     fn directional(&self, shadow: &Shadow, size: u32, direction: Vec3, cover: &Cover<'_>) -> View {
         let axes = looking(Vec3::ZERO, direction, light_up(direction));
-        let extent = Extent::new(&axes, &cover.casters);
+        let extent = LightBox::new(&axes, &cover.casters);
         let (texel, middle) = extent.window(size);
         let (middle, reach) =
             (middle.as_vec2(), Vec2::splat((texel * f64::from(size) * 0.5) as f32));

@@ -1,14 +1,15 @@
-//! Bounds of what moves that a host holds from frame to frame.
+//! Bounds of moving casters that a host holds from frame to frame.
 use crate::model::Bounds;
 use glam::Vec3;
 
-/// Share of its radius by which a box that is made anew is larger at each side.
+/// Room at each side of a new box, as a share of its radius.
 const ROOM: f32 = 0.125;
-/// Radius of a held box over that of what is in it, past which it is made anew.
+/// Ratio of a held box's radius to its contents' past which it is made anew.
 const TOO_LARGE: f32 = 2.5;
 
-/// A box around casters and receivers that move, for [`light_views`](crate::light_views): it stays as it is while they
-/// are in it and fill a fair part of it, so that the views do, and all that stands still has the same shadow in each frame.
+/// A box around casters and receivers that move, for [`light_views`](crate::light_views). It stays the same
+/// while they are in it and fill a fair part of it, so that the views do, too, and everything at rest has the
+/// same shadow in each frame.
 ///
 /// ```
 /// use gobo::{Bounds, HeldBounds, Light, glam::Vec3, light_views};
@@ -28,8 +29,8 @@ pub struct HeldBounds {
 }
 
 impl HeldBounds {
-    /// The box to use for a frame with these casters and receivers, world space \[m\]: the one before, or one made anew with
-    /// some room around them. Bounds that are empty or not finite are returned as they are.
+    /// The box for a frame with these casters and receivers, world space \[m\]: the former one, or a new one
+    /// with some room around them. Bounds that are empty or not finite are returned unchanged.
     pub fn hold(&mut self, bounds: &Bounds) -> Bounds {
         if bounds.is_empty() || !bounds.is_finite() {
             return *bounds;

@@ -1,4 +1,4 @@
-//! Importance of a light: the size of its maps.
+//! Importance of a light in the picture, which sets the size of its maps.
 use crate::model::{Camera, Light, LightKind, MIN_MAP_SIZE, Moment, Scene, TILE_SIZE};
 use glam::Vec3;
 
@@ -7,8 +7,8 @@ const MAX_HALVINGS: u32 = 3;
 /// Smallest halved map \[texels\].
 const SMALLEST: u32 = 64;
 
-/// Edge of the maps of one of a scene's lights that set none \[texels\]: of one that moves or that a moving camera sees, the
-/// largest that it needs in the moments of the scene's course.
+/// Edge of the maps of a scene's light that sets none \[texels\]: for a light that moves or is seen by a
+/// moving camera, the largest over the moments of the scene's course.
 pub(super) fn usual_size(scene: &Scene, index: usize) -> u32 {
     let (light, size) = (&scene.lights[index], scene.shadow.size);
     let changes = [scene.course.moves_camera(), scene.course.changes_light(index)];
@@ -21,8 +21,8 @@ pub(super) fn usual_size(scene: &Scene, index: usize) -> u32 {
     sizes.max().unwrap_or_else(|| map_size(light, &scene.camera, size))
 }
 
-/// Edge of a light's maps \[texels\]: `size` if the light's sphere of influence may fill the picture, halved
-/// for each halving of the share of the picture's height that it can fill.
+/// Edge of a light's maps \[texels\]: `size` if the light's sphere of influence may fill the picture's
+/// height, halved for each halving of the share that it can fill.
 fn map_size(light: &Light, camera: &Camera, size: u32) -> u32 {
     let share = share_of_picture(light, camera);
     let halvings = if share > 0.0 {
@@ -71,7 +71,7 @@ mod tests {
             fov_y: std::f32::consts::FRAC_PI_2,
             size: UVec2::new(200, 100),
         };
-        // A light that reaches 1 m.
+        // A light with a reach of 1 m.
         let size = |position, size| {
             let kind = LightKind::Point { position };
             map_size(&Light { kind, intensity: 0.01, ..Light::default() }, &camera, size)

@@ -2,6 +2,7 @@
 pub mod atlas;
 mod cascades;
 mod cover;
+mod curve_budget;
 mod detail;
 mod fit;
 mod held;
@@ -54,8 +55,8 @@ impl View {
         Self { view_from_world: shear * self.view_from_world, ..self }
     }
 
-    /// The camera's view through a place on its lens \[m\], to the right and up: what is at the distance `focus` along the
-    /// axis stays where it is in the picture.
+    /// The camera's view through a point on its lens \[m\], to the right and up: points at the distance
+    /// `focus` along the axis keep their place in the picture.
     #[must_use]
     pub fn through_lens(self, point: Vec2, focus: f32) -> Self {
         let slope = -point / focus;
@@ -68,7 +69,8 @@ impl View {
         Self { view_from_world: aside * self.view_from_world, ..self }
     }
 
-    /// Offset that [`Self::through`] was given \[pixels\], or one within a pixel that goes with its place on the lens.
+    /// Offset given to [`Self::through`] \[pixels\], or the one within a pixel that belongs to its point on
+    /// the lens.
     pub fn sample_offset(&self) -> Vec2 {
         let [right, up, back] = [0, 1, 2].map(|row| self.view_from_world.row(row).truncate());
         within_pixel(Vec2::new(right.dot(back), -up.dot(back)) * self.scale)

@@ -1,9 +1,9 @@
-//! Small pictures of a scene's triangles, on the CPU: what a view sees at each texel.
+//! Small pictures of a scene's triangles, on the CPU: the surfaces that a view sees at each texel.
 use super::View;
 use crate::model::{Material, Projection, Scene};
 use glam::{DMat3, DMat4, DVec2, DVec3, IVec2, UVec2, Vec3};
 
-/// What a texel sees.
+/// Surface that a texel sees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearest {
     /// World space \[m\].
@@ -12,7 +12,7 @@ pub(super) struct Nearest {
     pub triangle: u32,
 }
 
-/// Triangles that are kept of a texel.
+/// Triangles kept per texel.
 pub(super) const LAYERS: usize = 4;
 
 /// A triangle at a texel.
@@ -30,32 +30,32 @@ pub(super) struct Layer {
 pub(super) type Layers = [Layer; LAYERS];
 
 impl Default for Layer {
-    /// None.
+    /// No triangle.
     fn default() -> Self {
         Self { depth: f32::INFINITY, triangle: u32::MAX, is_front: false }
     }
 }
 
-/// A view of few texels.
+/// A view with few texels.
 pub(super) struct Raster {
     size: IVec2,
     perspective: bool,
     position: DVec3,
     world_from_view: DMat4,
     view_from_world: DMat4,
-    /// Texels to the view's unit on its plane.
+    /// Texels per unit of the view's plane.
     scale: DVec2,
     planes: [f64; 2],
 }
 
-/// What each texel sees.
+/// Surface that each texel sees.
 pub(super) struct Image {
     size: IVec2,
     seen: Vec<Option<Nearest>>,
 }
 
 impl Raster {
-    /// `view`, with `size` texels in all.
+    /// The view with `size` texels in all.
     pub(super) fn new(view: &View, size: UVec2) -> Self {
         let size = size.max(UVec2::ONE);
         let view_from_world = view.view_from_world.as_dmat4();
@@ -70,7 +70,7 @@ impl Raster {
         }
     }
 
-    /// Homogeneous place of a point [texels, and its weight].
+    /// Homogeneous place of a point \[texels\], and its weight.
     fn project(&self, point: DVec3) -> DVec3 {
         let p = self.view_from_world.transform_point3(point);
         let weight = if self.perspective { -p.z } else { 1.0 };
@@ -89,7 +89,7 @@ impl Raster {
         texel.cmpge(IVec2::ZERO).all() && texel.cmplt(self.size).all()
     }
 
-    /// The ray through a texel's centre: its start and way, of length 1 along the axis.
+    /// The ray through a texel's centre: its start, and its direction with length 1 along the axis.
     fn ray(&self, texel: IVec2) -> (DVec3, DVec3) {
         let off = (texel.as_dvec2() + 0.5 - self.size.as_dvec2() * 0.5) / self.scale;
         let off = DVec2::new(off.x, -off.y);
@@ -133,15 +133,15 @@ impl Raster {
         all
     }
 
-    /// World place of a depth in the texel with an index \[m\].
+    /// World position at a depth in the texel with an index \[m\].
     pub(super) fn point(&self, at: usize, depth: f64) -> DVec3 {
         let texel = IVec2::new(at as i32 % self.size.x, at as i32 / self.size.x);
         let (start, way) = self.ray(texel);
         start + way * depth
     }
 
-    /// Gives `hit` each texel that a triangle is at: the texel's index, the depth, the triangle, and whether its front is
-    /// seen.
+    /// Calls `hit` for each texel and triangle that covers its centre, with the texel's index, the depth, the
+    /// triangle, and whether its front is seen.
     fn visit(
         &self,
         scene: &Scene,
@@ -156,7 +156,7 @@ impl Raster {
             let corners = triangle.positions.map(Vec3::as_dvec3);
             let corners_in_map = corners.map(|corner| self.project(corner));
             let Some([first, last]) = self.covered(corners_in_map) else { continue };
-            // Edge functions of homogeneous places (Olano and Greer 1997).
+            // Edge functions of homogeneous points (Olano and Greer 1997).
             let inside = DMat3::from_cols_array_2d(&corners_in_map.map(|in_map| in_map.to_array()))
                 .inverse();
             let [a, b, c] = corners;

@@ -1,14 +1,14 @@
-//! Extent of receivers that are given as points: boxes around those that are close together.
+//! Extent of receivers given as points: boxes around neighbouring points.
 use crate::model::Bounds;
 use glam::Vec3;
 use std::collections::HashMap;
 
 /// Most boxes.
 const MAX: usize = 4096;
-/// Edge of the first cells \[m\]: so close, points at 1 km from the origin are one.
+/// Edge of the first cells \[m\]: points this close are one at 1 km from the origin.
 const FIRST_CELL: f64 = 1.0 / 16384.0;
 
-/// Where points are, whatever their number: at most 4,096 boxes, each around the points in one cell of a lattice. The
+/// Extent of any number of points: at most 4,096 boxes, each around the points in one cell of a lattice. The
 /// views of `Renderer::point_look_up` are as deep as these boxes.
 #[derive(Clone, Debug)]
 pub struct Receivers {

@@ -1,38 +1,40 @@
-//! Texels and viewpoints of lights with a size, by the penumbrae of a scene's triangles.
+//! Texels and viewpoints of lights with a size, chosen by the penumbrae of a scene's triangles.
 //!
-//! Texels are as fine as the narrowest penumbrae ask for; a light whose middle does not see much of what shades its penumbrae
-//! has more viewpoints. They follow from what the scene holds when it is loaded and in the moments of its
-//! [`Course`](crate::model::Course): all frames have the same.
-use super::{View, detail::Picture, shadow_views};
+//! Texels are as fine as the narrowest penumbrae need. A light gets more viewpoints if its middle does not
+//! see many of the occluders that shade its penumbrae. Both follow from the scene as loaded and at the
+//! moments of its [`Course`](crate::model::Course): all frames have the same.
+use super::{View, detail::ShownPicture, shadow_views};
 use crate::model::{
     Light, LightKind, MAX_MAP_SIZE, MIN_MAP_SIZE, Scene, SoftLight, Source, TILE_SIZE,
 };
-use penumbrae::{ONE_POINT, Seen, penumbrae};
+use penumbrae::{ONE_POINT, SeenPenumbrae, penumbrae};
 
 mod penumbrae;
 
-/// Lights that are looked at.
+/// Largest number of lights that are considered.
 const MOST_LIGHTS: usize = 8;
 /// Viewpoints of all lights together.
 const MOST_VIEWPOINTS: u32 = 64;
-/// Penumbrae to one that may have fewer texels than it asks for.
+/// Number of penumbrae among which one may have fewer texels than it needs.
 const FEW: usize = 300;
-/// Least penumbrae that are provided for.
+/// Least number of penumbrae that count.
 const LEAST: usize = 8;
-/// Mean share of a light behind what its middle does not see, as far as it differs from what is seen around it, past which it has
-/// more viewpoints; and the share of penumbrae that have [`DEEP`] there.
+/// Mean share of a light behind occluders hidden from its middle, as far as it differs from the visible light
+/// around, past which the light gets more viewpoints; and the share of penumbrae past which [`DEEP`] ones
+/// have this effect.
 const HIDDEN: f64 = 0.0008;
-/// Share of a light behind what its middle does not see that tears a shadow.
+/// Share of a light behind hidden occluders that tears a shadow.
 const DEEP: f64 = 0.25;
-/// Share of the places that are looked at from which their penumbrae are worth more texels in a picture, and more viewpoints.
+/// Share of the sampled places that must be in penumbrae for more texels and viewpoints in a picture.
 const WORTH: f64 = 0.01;
-/// Aspect ratio from which a rectangle is cut, since spots are blurred along its shorter edge.
+/// Aspect ratio from which a rectangle is cut, because spots are blurred along its shorter edge.
 const LONG: f32 = 8.0;
 
 impl Scene {
-    /// Gives lights with a size the texels and viewpoints that their penumbrae ask for, if [`ShadowSettings`](crate::ShadowSettings)
-    /// say so: a stated size is the least, and a stated number of viewpoints (not 0) stays. `of_picture`: whether only what the
-    /// camera sees counts, and no texel is finer than a pixel.
+    /// Gives lights with a size the texels and viewpoints that their penumbrae need, if
+    /// [`ShadowSettings`](crate::ShadowSettings) say so. A stated size is the least, and a stated number of
+    /// viewpoints (not 0) stays. `of_picture`: whether only places in the camera's view count, with texels no
+    /// finer than a pixel.
     pub fn fit_soft_lights(&mut self, of_picture: bool) {
         let is_soft = |light: &Light| light.area().is_some() && light.cascades.is_none();
         let is_free = |light: &mut Light| {
@@ -49,9 +51,9 @@ impl Scene {
         if soft.is_empty() {
             return;
         }
-        let mut seen = vec![[Seen::default(), Seen::default()]; soft.len()];
+        let mut seen = vec![[SeenPenumbrae::default(), SeenPenumbrae::default()]; soft.len()];
         let mut see = |scene: &Self| {
-            let picture = of_picture.then(|| Picture::new(scene));
+            let picture = of_picture.then(|| ShownPicture::new(scene));
             let views = shadow_views(scene);
             for (seen, &index) in seen.iter_mut().zip(&soft) {
                 let light = &scene.lights[index];
@@ -74,7 +76,7 @@ impl Scene {
             }
         }
         let views = shadow_views(self);
-        let wish = |(&index, [all, shown]): (&usize, &[Seen; 2])| {
+        let wish = |(&index, [all, shown]): (&usize, &[SeenPenumbrae; 2])| {
             let light = &self.lights[index];
             let least =
                 views.iter().filter(|view| view.light == Some(index)).map(|view| view.size.x);
@@ -85,7 +87,7 @@ impl Scene {
             if free[index] && is_large {
                 viewpoints = parts(light, shown);
             }
-            Wish {
+            SoftWish {
                 light: index,
                 asked: texels(all),
                 size: if is_worth { stepped(texels(shown)).max(least) } else { least },
@@ -95,7 +97,7 @@ impl Scene {
                 views: light.all_shadows().next().map_or(0, |shadow| shadow.view_count()) as u64,
             }
         };
-        let mut wishes: Vec<Wish> = soft.iter().zip(&seen).map(wish).collect();
+        let mut wishes: Vec<SoftWish> = soft.iter().zip(&seen).map(wish).collect();
         let budget = self.shadow.soft_budget.min(self.shadow.texel_budget);
         keep_within(
             &mut wishes,
@@ -103,7 +105,7 @@ impl Scene {
             MOST_VIEWPOINTS.saturating_sub(self.other_viewpoints(&soft)),
         );
         self.soft = wishes.iter().map(|wish| wish.chosen(&self.lights[wish.light])).collect();
-        for Wish { light, size, least, viewpoints, .. } in wishes {
+        for SoftWish { light, size, least, viewpoints, .. } in wishes {
             let light = &mut self.lights[light];
             if size != least {
                 light.size = Some(size);
@@ -118,22 +120,22 @@ impl Scene {
     }
 }
 
-/// What a light asks for.
-struct Wish {
+/// Texels and viewpoints that a light needs.
+struct SoftWish {
     light: usize,
-    /// Texels of a map's edge that all penumbrae ask for.
+    /// Edge of a map that suffices for all penumbrae \[texels\].
     asked: u32,
     size: u32,
-    /// Size without a choice.
+    /// Size without a choice \[texels\].
     least: u32,
     viewpoints: u32,
     /// Whether viewpoints may be chosen.
     is_free: bool,
-    /// Of a viewpoint.
+    /// Views of a viewpoint.
     views: u64,
 }
 
-impl Wish {
+impl SoftWish {
     fn texels(&self) -> u64 {
         self.views * u64::from(self.viewpoints) * u64::from(self.size).pow(2)
     }
@@ -144,8 +146,8 @@ impl Wish {
     }
 }
 
-/// Texels of a map's edge that nearly all penumbrae are content with; 0 for hardly any penumbrae.
-fn texels(seen: &Seen) -> u32 {
+/// Edge of a map that suffices for nearly all penumbrae \[texels\]; 0 for hardly any penumbrae.
+fn texels(seen: &SeenPenumbrae) -> u32 {
     let mut texels: Vec<f64> = seen.penumbrae.iter().map(|penumbra| penumbra.texels).collect();
     if texels.len() < LEAST {
         return 0;
@@ -154,16 +156,16 @@ fn texels(seen: &Seen) -> u32 {
     *texels.select_nth_unstable_by(at, f64::total_cmp).1 as u32
 }
 
-/// Rounded up to eighths of a power of two; at most the largest map.
+/// `texels`, rounded up to eighths of a power of two; at most the largest map.
 fn stepped(texels: u32) -> u32 {
     let whole = texels.clamp(MIN_MAP_SIZE, MAX_MAP_SIZE).next_power_of_two();
     let sizes = [5, 6, 7].map(|eighths| (whole / 8 * eighths).next_multiple_of(TILE_SIZE));
     sizes.into_iter().find(|&size| size >= texels).unwrap_or(whole)
 }
 
-/// Viewpoints for penumbrae.
-fn parts(light: &Light, seen: &Seen) -> u32 {
-    // One point of the light may be behind the border of what its middle sees.
+/// Number of viewpoints for penumbrae.
+fn parts(light: &Light, seen: &SeenPenumbrae) -> u32 {
+    // One point of the light may be beyond the border of the middle's view.
     let hidden = seen.penumbrae.iter().map(|penumbra| (penumbra.hidden - ONE_POINT).max(0.0));
     let deep = seen.penumbrae.iter().filter(|penumbra| penumbra.hidden >= DEEP).count();
     let count = seen.penumbrae.len() as f64;
@@ -180,13 +182,13 @@ fn parts(light: &Light, seen: &Seen) -> u32 {
     }
 }
 
-/// Takes away what is over a budget of texels and of viewpoints: first of the largest maps, then of maps of lights with more
-/// viewpoints, down to half of their least edge, then viewpoints.
-fn keep_within(wishes: &mut [Wish], budget: u64, most: u32) {
-    let texels = |wishes: &[Wish]| wishes.iter().map(Wish::texels).sum::<u64>();
+/// Keeps within a budget of texels and of viewpoints: first shrinks the largest maps, then maps of lights
+/// with more viewpoints, down to half of their least edge, then takes viewpoints away.
+fn keep_within(wishes: &mut [SoftWish], budget: u64, most: u32) {
+    let texels = |wishes: &[SoftWish]| wishes.iter().map(SoftWish::texels).sum::<u64>();
     let smaller = |size: u32| (size * 7 / 8).next_multiple_of(16);
     while texels(wishes) > budget {
-        let can = |wish: &&mut Wish| {
+        let can = |wish: &&mut SoftWish| {
             let least =
                 if wish.is_free && wish.viewpoints > 1 { wish.least / 2 } else { wish.least };
             smaller(wish.size) >= least && smaller(wish.size) < wish.size
@@ -199,7 +201,7 @@ fn keep_within(wishes: &mut [Wish], budget: u64, most: u32) {
         largest.size = smaller(largest.size);
     }
     while texels(wishes) > budget || wishes.iter().map(|wish| wish.viewpoints).sum::<u32>() > most {
-        let can = |wish: &&mut Wish| wish.is_free && wish.viewpoints > 1;
+        let can = |wish: &&mut SoftWish| wish.is_free && wish.viewpoints > 1;
         let Some(last) = wishes.iter_mut().rfind(can) else { break };
         (last.viewpoints, last.size) = (1, last.least);
     }

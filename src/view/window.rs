@@ -3,13 +3,14 @@
 use crate::model::Bounds;
 use glam::{DVec2, Mat4, Vec3};
 
-/// Steps of an octave in which windows around casters grow: few, so that casters which move seldom cross one.
+/// Steps per octave by which windows around casters grow: few, so that moving casters seldom cross one.
 const STEPS: f64 = 4.0;
 
-/// Border on each side of a window: a texel of filtering, the spline's half and half a texel of snapping \[texels\].
+/// Border on each side of a window: a texel of filtering, half the spline's support and half a texel of
+/// snapping \[texels\].
 pub(super) const BORDER: f64 = 3.0;
 
-/// Length rounded up to `steps` of an octave: products with integers are exact, and rounding errors in the last
+/// Length rounded up in `steps` per octave: products with integers are exact, and rounding errors in the last
 /// bit do not change it.
 pub(super) fn rounded_up(length: f64, steps: f64) -> f64 {
     let unit = length.log2().floor().exp2() / steps;
@@ -26,15 +27,15 @@ pub(super) fn stepped(length: f32) -> f32 {
     rounded_up(f64::from(length), STEPS) as f32
 }
 
-/// Box in a space that looks along a light's direction, with a margin that keeps points on it off a window's
+/// Box in a space that looks along a light's direction, with a margin that keeps its points off a window's
 /// border and off depths 0 and 1.
-pub(super) struct Extent {
+pub(super) struct LightBox {
     pub(super) min: Vec3,
     pub(super) max: Vec3,
     pub(super) margin: f32,
 }
 
-impl Extent {
+impl LightBox {
     /// `axes`: world space to the light's.
     pub(super) fn new(axes: &Mat4, bounds: &Bounds) -> Self {
         let corners = bounds.corners().map(|corner| axes.transform_point3(corner));
@@ -55,14 +56,15 @@ impl Extent {
         rounded_up(self.edge(), STEPS)
     }
 
-    /// Texel \[m\] and middle of a window of `size` texels around the box. Snapping moves it by up to half a texel.
+    /// Texel \[m\] and middle of a window of `size` texels around the box. Snapping moves it by up to half a
+    /// texel.
     pub(super) fn window(&self, size: u32) -> (f64, DVec2) {
         let texel = rounded_up(self.edge() / f64::from(size.max(2) - 1), STEPS);
         (texel, snapped((self.min + self.max).as_dvec3().truncate() * 0.5, texel))
     }
 
-    /// z of the plane from which depths are measured, in front of the box; right in front of it if planes are
-    /// `given`.
+    /// z of the plane from which depths are measured, in front of the box; directly in front of it if planes
+    /// are `given`.
     pub(super) fn front(&self, given: bool) -> f32 {
         if given {
             return self.max.z + self.margin;

@@ -100,13 +100,14 @@ fn single_cases_are_not_combined() {
     assert_eq!(rows, [[1000.0, 6.0, 0.02], [2000.0, 3.0, 0.5]]);
 }
 
-/// The maps that the scene has, with values replaced.
+/// The scene's own maps are measured, with replaced values.
 #[test]
 fn a_scene_is_measured() {
     let folder = Folder::new("bench-scene");
     std::fs::write(
         folder.0.join("own.toml"),
-        "[shadow]\nreceiver = 'curve'\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0, -1, 0]\n\
+        "[shadow]\nreceiver = 'curve'\n[[light]]\nname = 'sun'\nkind = 'directional'\n\
+         direction = [0, -1, 0]\n\
          [[light]]\nname = 'lamp'\nkind = 'point'\nposition = [0, 1, 0]\nsize = 16\n\
          [[volume]]\ngenerate = { kind = 'plume', voxels = 16 }\n",
     )
@@ -197,7 +198,7 @@ fn kernels_have_times_and_results_are_compared() {
     assert!(same.status.success(), "{text}");
     assert_eq!(text.matches("project/project_particles").count(), 4, "{text}");
 
-    // One case that took a thousandth, and one that was not measured.
+    // One case that took a thousandth of the time, and one that was not measured.
     let rows = value["rows"].as_array_mut().unwrap();
     let ms = rows[0]["compute_ms"].as_f64().unwrap();
     rows[0]["compute_ms"] = Value::from(ms * 1e-3);
@@ -214,7 +215,7 @@ fn kernels_have_times_and_results_are_compared() {
     let text = String::from_utf8(slower.stdout).unwrap();
     assert!(text.contains("casters 500") && text.contains("not in"), "{text}");
 
-    // Not results, and results of other maps.
+    // A file without results, and results of other maps.
     std::fs::write(&changed, "{\"rows\": []}").unwrap();
     let empty = against(&changed, "2");
     assert!(!empty.status.success());

@@ -47,7 +47,7 @@ translation = [0, 1, 0]
 rotation = [90, 0, 0]
 "#;
 
-/// A new folder with `scene.toml`; removed in the end.
+/// A new folder with `scene.toml`; removed at the end.
 pub(super) struct Folder(pub(super) PathBuf);
 
 impl Folder {
@@ -76,7 +76,7 @@ impl Folder {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// Standard error of a command that must fail, before it has a result.
+    /// Standard error of a command that must fail before it has a result.
     pub(super) fn fail(&self, arguments: &[&str], status: i32) -> String {
         let (stdout, stderr) = self.fail_after(arguments, status);
         assert_eq!(stdout, b"", "{arguments:?}");
@@ -145,7 +145,7 @@ pub(super) fn npy(path: &Path) -> Result<(Vec<usize>, Vec<f32>), String> {
     Ok((shape, values))
 }
 
-/// Without the feature it says how to build a program that has it; options are the same.
+/// The message says how to build a program with a window; the options are the same.
 #[test]
 #[cfg(not(feature = "view"))]
 fn a_program_without_a_window_says_how_to_build_one() {
@@ -203,7 +203,7 @@ fn help_and_version_are_results() {
 fn check_prints_a_summary() {
     let folder = Folder::new("check");
     assert!(folder.run(&["check", "scene.toml"]).contains("casters    0 particles, 4 triangles\n"));
-    // Emitters send nothing out, and their most is known: 100 a second for 600 s, and two more.
+    // Emitters are empty, and the most live particles are known: 100 a second for 600 s, and two more.
     let emitter = "[[emitter]]\nmaterial = \"glass\"\nrate = 100\nlifetime = 600\nstart = -600\n";
     fs::write(folder.0.join("scene.toml"), format!("{SCENE}{emitter}")).unwrap();
     let told = folder.run(&["check", "scene.toml"]);
@@ -373,7 +373,7 @@ fn an_unwritable_folder_is_1() {
     assert_eq!(fs::read_to_string(folder.0.join("scene.toml")).unwrap(), SCENE);
 }
 
-/// A folder has the name of the picture: the rename fails after the data was written.
+/// A folder has the picture's name: the rename fails after the data was written.
 #[test]
 fn a_failed_write_leaves_nothing_behind() {
     let folder = Folder::new("atomic");

@@ -1,4 +1,4 @@
-//! Exported kernels for engines without wgpu: every one is written, and well formed.
+//! Exported kernels for engines without wgpu: all are written, and well formed.
 use super::commands::{Folder, files};
 use gobo::gpu::{KernelDesc, Tier};
 use serde_json::{Map, Value, json};
@@ -7,7 +7,7 @@ use std::{fs, path::Path};
 /// First lines of kernels for browsers with subgroups.
 const ENABLED: &[u8] = b"enable subgroups;\ndiagnostic(off, subgroup_uniformity);\n";
 
-/// Name and tier of what is exported, without what is only cut otherwise.
+/// Whether an exported kernel is the variant of a tier, and not one with other constants.
 fn is_variant(kernel: &Value, desc: &KernelDesc, tier: Tier) -> bool {
     kernel["name"] == desc.name && kernel["tier"] == tier.name()
 }
@@ -62,7 +62,7 @@ fn assert_exported(targets: &[&str]) {
                 let source = fs::read(dir.join(file)).unwrap();
                 let open = kernel["specialisation"].as_object().map_or(0, Map::len);
                 if target == "wgsl" {
-                    // Texture atomics are no WGSL of browsers, and naga knows no `enable subgroups;`.
+                    // Texture atomics are not WGSL in browsers, and naga does not know `enable subgroups;`.
                     let is_enabled = source.starts_with(ENABLED);
                     assert_eq!(is_enabled, kernel["features"] == json!(["SUBGROUP"]), "{file}");
                     assert!(is_enabled || tier != Tier::Subgroups, "{file}");
@@ -120,7 +120,7 @@ fn a_recorded_frame_is_whole() {
     }
 }
 
-/// Names in a recorded frame that nothing has, and files that are missing.
+/// Names in a recorded frame that are not defined, and files that are missing.
 fn faults(dir: &Path, frame: &Value) -> Vec<String> {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let mut faults = Vec::new();
@@ -167,14 +167,14 @@ fn faults(dir: &Path, frame: &Value) -> Vec<String> {
     faults
 }
 
-/// `open`: how many constants have ids.
+/// `open`: number of constants with ids.
 fn well_formed(target: &str, source: &[u8], entry_point: &str, open: usize) -> Result<(), String> {
     if target == "spirv" {
         let words: Vec<_> = source.as_chunks().0.iter().map(|&it| u32::from_le_bytes(it)).collect();
         if words.first() != Some(&0x0723_0203) || !source.len().is_multiple_of(4) {
             return Err("no SPIR-V".to_owned());
         }
-        // Decorations by 1, which is SpecId.
+        // Decorations with 1, which is SpecId.
         let ids = words.windows(3).filter(|it| it[0] == 4 << 16 | 71 && it[2] == 1).count();
         return if ids == open { Ok(()) } else { Err(format!("{ids} of {open} constants")) };
     }

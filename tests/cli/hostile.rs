@@ -1,5 +1,5 @@
-//! The binary in a hostile environment: full streams, names that are not text, pipes, files left by a
-//! killed run, adapters that cannot run the kernels.
+//! The binary in a hostile environment: full streams, names that are not text, pipes, files left by a killed
+//! run, adapters that cannot run the kernels.
 use super::commands::{Folder, files};
 use serde_json::Value;
 use std::{
@@ -21,7 +21,7 @@ pub(super) const QUICK: [&str; 4] = ["--backend", "cpu", "--set", "camera.size=[
 fn a_full_or_closed_standard_error_changes_no_status() {
     let folder = Folder::new("full");
     fs::write(folder.0.join("bad.toml"), "[shadow]\nsise = 4\n").unwrap();
-    // Warns, for a name that has to change.
+    // Warns of a name that has to change.
     let warns = ["render", "scene.toml", "-o", "o", "--maps", "--set", "shadow.size=16"];
     let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     for (arguments, status) in [
@@ -76,7 +76,7 @@ fn a_pipe_is_no_scene() {
     }
 }
 
-/// Where a sidecar is looked for.
+/// A pipe in the place of a sidecar.
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_no_sidecar() {
@@ -96,7 +96,7 @@ fn a_pipe_is_no_sidecar() {
     folder.run(&["verify", "o"]);
 }
 
-/// Each frame's writer holds its lock: what is left of a frame that nobody writes goes with the next writer.
+/// Each frame's writer holds its lock: the next writer removes the remains of a frame that nobody writes.
 #[test]
 fn what_a_killed_run_left_is_removed() {
     let folder = Folder::new("stray");
@@ -109,7 +109,7 @@ fn what_a_killed_run_left_is_removed() {
     ] {
         fs::write(folder.0.join(stray), "half").unwrap();
     }
-    // Of another frame, which another run may be writing; and somebody else's.
+    // Files of another frame, which another run may be writing, and foreign files.
     let others = ["o/.a.b.tmp", "o/.frame_0001.png.12.tmp", "o/.notes.tmp", "o/notes.tmp"];
     for other in others {
         fs::write(folder.0.join(other), "mine").unwrap();
@@ -143,7 +143,7 @@ fn a_frame_that_another_process_writes_is_waited_for() {
     drop(lock);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     folder.run(&["verify", "o"]);
-    // A signal ends the waiting.
+    // A signal ends the wait.
     let lock = fs::File::create(folder.0.join("o/.frame_0003.lock")).unwrap();
     lock.lock().unwrap();
     let job = ["render", "scene.toml", "-o", "o", "--frames", "0..4", "--skip-existing"];
@@ -170,7 +170,7 @@ pub(super) fn ends(child: &mut std::process::Child) -> Option<i32> {
     }
 }
 
-/// For any set of drivers: the adapter that `info` marks can render, and without a mark `render` fails.
+/// For any set of drivers, the adapter that `info` marks can render; without a mark `render` fails.
 #[test]
 fn info_and_render_agree_without_vulkan() {
     let folder = Folder::new("gl");
@@ -222,7 +222,9 @@ fn nothing_of_the_input_reaches_the_terminal_raw() {
         "# \x1b[31m\nsize \x1b[2J= = 1\n".to_owned(),
         format!("[shadow]\nsise = 1 # \x1b[2J {}\n", "long ".repeat(100_000)),
         format!("{}\n", "k".repeat(1 << 20)),
-        "[[light]]\nname = \"\\u001b]0;x\\u0007\"\nkind = \"point\"\nposition = [0, 1, 0]\nfar = 0\n".to_owned(),
+        "[[light]]\nname = \"\\u001b]0;x\\u0007\"\nkind = \"point\"\nposition = [0, 1, 0]\n\
+         far = 0\n"
+            .to_owned(),
     ];
     for scene in scenes {
         fs::write(folder.0.join("scene.toml"), &scene).unwrap();
@@ -234,7 +236,7 @@ fn nothing_of_the_input_reaches_the_terminal_raw() {
     assert!(!folder.fail(&["check", "scene.toml"], 2).contains('\x1b'));
 }
 
-/// The decoder panics on a table of codes that lacks some: the file is named, and no line of source.
+/// The decoder panics at an incomplete code table: the error names the file, and no line of source.
 #[test]
 fn a_damaged_container_is_one_error() {
     let folder = Folder::new("ktx2");

@@ -1,11 +1,11 @@
-//! Inputs that the host has no memory for.
+//! Inputs for which the host lacks memory.
 use super::{
     commands::{Folder, files},
     hostile::QUICK,
 };
 use std::{fs, process::Command};
 
-/// Runs with so much memory [KiB], and returns the status and standard error.
+/// Runs with a memory limit `most` [KiB], and returns the status and standard error.
 #[cfg(target_os = "linux")]
 fn with_memory(folder: &Folder, most: u32, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new("sh");
@@ -15,7 +15,7 @@ fn with_memory(folder: &Folder, most: u32, arguments: &[&str]) -> (Option<i32>, 
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-/// A file of zeros behind `head`, which takes no space on the disk.
+/// A file of zeros after `head`, which takes no space on the disk.
 #[cfg(target_os = "linux")]
 fn sparse(folder: &Folder, name: &str, head: &[u8], length: u64) {
     fs::write(folder.0.join(name), head).unwrap();
@@ -59,7 +59,7 @@ fn radiance_headers_take_no_more_than_their_bytes() {
         assert_eq!(status, Some(2), "{told}");
         assert!(told.contains("its header has more than 65536 bytes"), "{told}");
     }
-    // A short one, before many texels.
+    // A short header, before many texels.
     let image = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 128 +X 256\n".to_vec();
     let image = [image, [100, 120, 140, 128].repeat(128 * 256)].concat();
     fs::write(folder.0.join("long.hdr"), image).unwrap();
@@ -96,7 +96,7 @@ fn maps_that_the_host_has_no_memory_for_are_refused() {
     assert!(!folder.0.join("o/frame_0000.png").exists());
 }
 
-/// What the CPU reference keeps of a pixel of shadow masks is many times a pixel of the picture.
+/// The CPU reference needs many times as much memory for a pixel of shadow masks as for one of the picture.
 #[cfg(target_os = "linux")]
 #[test]
 fn masks_that_the_reference_has_no_memory_for_are_refused() {
@@ -108,7 +108,7 @@ fn masks_that_the_reference_has_no_memory_for_are_refused() {
     assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
 }
 
-/// The CPU reference reads images as they are in the scene, and makes no copies.
+/// The CPU reference reads the scene's images in place, without copies.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_reference_renders_large_images_in_little_memory() {
@@ -138,8 +138,8 @@ fn emitters_that_the_host_has_no_memory_for_are_refused() {
     assert!(told.contains("no memory for") && told.contains("help: "), "{told}");
 }
 
-/// Tables that fit each, but not together: the sum is known before anything is made. Each of these scenes
-/// would take over half a GB up to the table that is too much.
+/// Each table is within the limits, but not all together: the sum is known before anything is allocated. Each
+/// of these scenes would take over half a GB up to the table that is too much.
 #[cfg(target_os = "linux")]
 #[test]
 fn scenes_that_are_too_large_together_take_no_memory() {

@@ -1,9 +1,9 @@
-//! `gobo info`, and what drivers say.
+//! `gobo info`, and messages of drivers.
 use super::commands::Folder;
 use serde_json::Value;
 use std::process::Command;
 
-/// The adapter of the tests is right.
+/// The tests' adapter is correct.
 #[test]
 fn an_adapter_is_tried() {
     let folder = Folder::new("try");
@@ -54,7 +54,7 @@ fn drivers_print_nothing_of_their_own() {
     }
 }
 
-/// A line of each kind, and what is in a file of one.
+/// A line for each format, and the contents of a file.
 #[test]
 fn files_are_described() {
     let folder = Folder::new("contents");

@@ -36,7 +36,7 @@ fn assert_layers_add_up(name: &str, text: &str) {
     for name in ["R", "G", "B"] {
         for (i, &whole) in channels[name].iter().enumerate() {
             let sum: f32 = lights.iter().map(|light| channels[&format!("{light}.{name}")][i]).sum();
-            // Steps of half floats, one of each layer.
+            // Steps of half floats, one for each layer.
             assert!(
                 (sum - whole).abs() <= 4.0 * 2f32.powi(-11) * whole.max(0.25),
                 "{sum}, {whole}"
@@ -45,7 +45,7 @@ fn assert_layers_add_up(name: &str, text: &str) {
     }
     let most = |name: &str| channels[name].iter().copied().map(f32::abs).fold(0.0, f32::max);
     assert!(most("lamp.R") > 0.02 && most("lamp.G") < 1e-3, "a red lamp");
-    // What a catcher shows is behind it, and lights take from it.
+    // A catcher shows its background, which lights darken.
     let catches = text.contains("catcher = true");
     assert!(catches || most("rest.R") < most("R") + 1e-3);
     let stderr = folder.fail(&[&render[..], &["camera.shutter=0.5"]].concat(), 2);
@@ -53,7 +53,7 @@ fn assert_layers_add_up(name: &str, text: &str) {
     folder.fail(&["render", "scene.toml", "--layers"], 2);
 }
 
-/// Seen from 8 m above: a floor whose pane is half a metre beside a box that moves, under two suns.
+/// Seen from 8 m above: a floor, a pane half a metre beside a box that moves, and two suns.
 const ABOVE: &str = r#"
 [camera]
 eye = [0, 8, 0]
@@ -101,7 +101,7 @@ times = [0, 1]
 values = [[2, 0.5, 0], [5, 0.5, -6]]
 "#;
 
-/// Surfaces by pencil and paper.
+/// Surfaces computed by hand.
 #[test]
 fn surfaces_have_layers_of_their_own() {
     const SIZE: [usize; 2] = [96, 72];
@@ -110,7 +110,7 @@ fn surfaces_have_layers_of_their_own() {
         let render = ["render", "scene.toml", "-o", "o", "--exr", "--layers", "--frame", "2"];
         folder.run(&[&render[..], &["--backend", backend]].concat());
         let channels = read_channels(&folder.0.join("o/frame_0002.exr"));
-        // Of a pixel that shows the point (x, y, z), away from edges.
+        // Pixel that shows the point (x, y, z), away from edges.
         let pixel = 36.0 / (22.5f32.to_radians()).tan();
         let place = |[x, y, z]: [f32; 3]| {
             let of = |along: f32, size: usize| (along / (8.0 - y) * pixel) as i32 + size as i32 / 2;
@@ -124,7 +124,7 @@ fn surfaces_have_layers_of_their_own() {
         };
         let value = |name: &str, point| channels[name][place(point)];
         let (rgb, xyz) = (["R", "G", "B"], ["X", "Y", "Z"]);
-        // At frame 2 the box is a quarter of a metre farther, and half a metre farther up the picture.
+        // At frame 2 the box is a quarter of a metre farther along, and half a metre farther up the picture.
         let (floor, top, sky) = ([0.0, 0.0, 1.0], [2.25, 1.0, -0.5], [-4.2, 0.0, 0.0]);
         near("albedo", rgb, floor, [0.5, 0.25, 0.125], 1e-3);
         near("albedo", rgb, top, [0.75, 0.5, 1.0], 1e-3);
@@ -159,14 +159,14 @@ fn surfaces_have_layers_of_their_own() {
         near("shadow.sun", rgb, sky, [1.0; 3], 0.0);
         // The box's own shadow, to the right of it.
         near("shadow.depth", rgb, [3.4, 0.0, -0.5], [0.0; 3], 0.01);
-        // Edges are means of the samples, of which the numbers have the first alone.
+        // Pixels at edges are means of samples; object numbers are those of the first sample.
         let is_between = |&&red: &&f32| red > 0.01 && red < 0.49;
         assert!(channels["albedo.R"].iter().filter(is_between).count() > 20);
         assert!(channels["material.X"].iter().all(|number| number.fract() == 0.0));
     }
 }
 
-/// Nothing moves in a scene without keys, and what follows the camera's own keys moves against it.
+/// Nothing moves in a scene without keys; still surfaces move against a camera with keys.
 #[test]
 fn motion_is_the_cameras_too() {
     let still = ABOVE.split("[[animate]]").next().unwrap();

@@ -54,7 +54,7 @@ fn shares_are_as_paper_says() {
     assert!((shares[1] - 0.6).abs() <= 1e-3 && (shares[4] - 1.0).abs() <= 1e-3, "{shares:?}");
 }
 
-/// A scene far away is re-centred, and points with it.
+/// A scene far from the origin is re-centred, and its points too.
 #[test]
 fn points_of_a_scene_far_away_are_in_the_world() {
     let folder = Folder::new("light-far");
@@ -113,11 +113,11 @@ fn points_that_are_none_are_refused() {
     assert_eq!(npy(&folder.0.join("l.npy")).unwrap(), (vec![0, 2, 3], vec![]));
 }
 
-/// Under an area light the map tells the surface, and nothing is warned of.
+/// Under an area light the map gives the surface, and there is no warning.
 #[test]
 fn points_on_a_surface_need_no_normal() {
     let folder = Folder::new("light-normals");
-    // Aslant, so that a floor without a slope would be an occluder of itself.
+    // Slanted light: a floor without a slope would shadow itself.
     let soft = [
         "light.lamp.source={ kind = \"sphere\", radius = 0.1 }",
         "light.lamp.position=[1.5, 1.2, 0]",

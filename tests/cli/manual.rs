@@ -1,4 +1,4 @@
-//! Pages of the manual and completions know every command and option that the program takes.
+//! Manual pages and completions contain every command and option of the program.
 use super::commands::{Folder, files};
 use std::fs;
 
@@ -18,7 +18,7 @@ fn options(folder: &Folder, command: &str) -> Vec<String> {
     words.map(|word| word.trim_end_matches(['.', ',']).to_owned()).collect()
 }
 
-/// Commands and options that a page does not name. Pages escape what roff reads as a hyphenation.
+/// Commands and options missing on a page. Pages escape what roff reads as a hyphenation.
 fn missing(page: &str, words: &[String]) -> Vec<String> {
     let plain = page.replace('\\', "");
     words.iter().filter(|word| !plain.contains(word.as_str())).cloned().collect()

@@ -1,16 +1,19 @@
-//! Sequences: a frame is the same alone and among others, and all are one animated picture.
+//! Sequences: a frame is the same alone and among others, and all make one animated picture.
 use super::commands::Folder;
 use std::fs;
 
 const SCENE: &str = "[camera]\neye = [0, 2, 6]\ntarget = [0, 0.5, 0]\nsize = [48, 32]\n[shadow]\nsize = 64\n\
-    [[material]]\nname = 'ground'\ntransfer = 'opaque'\n[[material]]\nname = 'glass'\ntint = [0.9, 0.2, 0.1, 0.8]\n\
+    [[material]]\nname = 'ground'\ntransfer = 'opaque'\n[[material]]\nname = 'glass'\n\
+    tint = [0.9, 0.2, 0.1, 0.8]\n\
     [[shape]]\nkind = 'plane'\nmaterial = 'ground'\nscale = [9, 1, 9]\n\
     [[shape]]\nname = 'pane'\nkind = 'pane'\nmaterial = 'glass'\n\
     [[animate]]\ntarget = 'shape.pane.translation'\ntimes = [0, 1]\nvalues = [[-2, 1, 0], [2, 1, 0]]\n\
-    [[animate]]\ntarget = 'material.glass.tint'\ntimes = [0, 1]\nvalues = [[1, 0, 0, 1], [0, 0, 1, 0.5]]\nmode = 'smooth'\n\
+    [[animate]]\ntarget = 'material.glass.tint'\ntimes = [0, 1]\n\
+    values = [[1, 0, 0, 1], [0, 0, 1, 0.5]]\nmode = 'smooth'\n\
     [[animate]]\ntarget = 'light.sun.direction'\ntimes = [0, 1]\nvalues = [[1, -1, 0], [-1, -1, 0]]\n\
     [[animate]]\ntarget = 'camera.eye'\ntimes = [0, 1]\nvalues = [[0, 2, 6], [1, 3, 5]]\n\
-    [[emitter]]\nmaterial = 'glass'\nrate = 400\nlifetime = 0.5\nstart = -1\nspread = 1\nextent = [2, 1, 2]\nshape = 'box'\n\
+    [[emitter]]\nmaterial = 'glass'\nrate = 400\nlifetime = 0.5\nstart = -1\nspread = 1\n\
+    extent = [2, 1, 2]\nshape = 'box'\n\
     drag = 1\nturbulence = 3\n";
 
 fn folder(name: &str) -> Folder {
@@ -79,7 +82,7 @@ fn emitters_are_simulated_where_the_user_says() {
     assert!(on_cpu["stages"]["simulate"].is_null() && on_cpu["bytes"]["emitted"].is_null());
     assert!(on_device["stages"]["simulate"].is_f64());
     assert!(on_device["bytes"]["emitted"].as_u64() >= Some(200 * 32));
-    // A software adapter is quicker where steps are many.
+    // A software adapter is faster with many steps.
     let auto = |lifetime: &str| -> serde_json::Value {
         let set = format!("emitter.0.lifetime={lifetime}");
         let by = ["render", "moving.toml", "--json", "--set", "emitter.0.rate=5000", "--set", &set];
@@ -89,7 +92,7 @@ fn emitters_are_simulated_where_the_user_says() {
     assert!(auto("10")["stages"]["simulate"].is_f64());
     let by = ["render", "moving.toml", "--backend", "cpu", "--simulation", "device"];
     assert!(folder.fail(&by, 2).contains("--simulation"));
-    // What stays on the CPU is said.
+    // Emitters that stay on the CPU are reported.
     let fluid = format!("{SCENE}fluid = {{ spacing = 0.2 }}\n");
     fs::write(folder.0.join("fluid.toml"), fluid).unwrap();
     let said = |simulation: &str| {

@@ -1,4 +1,4 @@
-//! What commands do with the files, devices and pipes that they are told to write, for all commands.
+//! Behaviour of all commands towards the files, devices and pipes that they write.
 use super::{
     commands::{Folder, files},
     hostile::ends,
@@ -13,11 +13,11 @@ use std::{
     process::{Child, Command, Stdio},
 };
 
-/// One way of a command to write.
+/// An output of a command.
 pub(super) struct Case {
     /// Arguments; `OUT` is the file or folder.
     pub(super) arguments: &'static [&'static str],
-    /// End of a file's name, or the file of a folder.
+    /// Ending of a file's name, or the file in a folder.
     file: Name,
     /// A file that it reads.
     input: Option<&'static str>,
@@ -32,7 +32,7 @@ enum Name {
 
 const CPU: [&str; 2] = ["--backend", "cpu"];
 
-/// All outputs but those of `export`, which takes seconds.
+/// All outputs except those of `export`, which takes seconds.
 pub(super) const CASES: [Case; 10] = [
     Case {
         arguments: &["light", "scene.toml", "--points", "p.npy", "-o", "OUT", CPU[0], CPU[1]],
@@ -103,15 +103,17 @@ const EXPORT: Case = Case {
     repeats: true,
 };
 
-/// Commands that write nothing but to their streams.
+/// Commands that write only to their streams.
 const READERS: [&str; 4] = ["check", "verify", "info", "completions"];
 
 /// Options whose value is no output.
-const VALUES: &str = "--against --limit --frames --frame --shard --fps --backend --adapter --simulation --debug --set --points --casters \
-    --scene --target --splats --footprint --opacity --shape --case --layout --lights --size --vs --stage --receiver \
+const VALUES: &str = "--against --limit --frames --frame --shard --fps --backend --adapter --simulation \
+    --debug --set --points --casters \
+    --scene --target --splats --footprint --opacity --shape --case --layout --lights --size --vs \
+    --stage --receiver \
     --nodes --runs --pair-budget --time --pick --scale --orbit";
 
-/// Command and option of an output that needs a screen: `make view-test` runs it.
+/// Command and option of an output that needs a screen: `make view-test` tests it.
 const ON_A_SCREEN: (&str, &str) = ("view", "--screenshot");
 
 impl Case {
@@ -119,7 +121,7 @@ impl Case {
         self.arguments[0]
     }
 
-    /// Path of the file that is looked at, of an output in `root`.
+    /// Path of the checked file, for an output in `root`.
     pub(super) fn path(&self, root: &Path) -> PathBuf {
         match self.file {
             Name::Ends(end) => root.join(format!("out{end}")),
@@ -148,7 +150,7 @@ impl Case {
     }
 }
 
-/// A folder with all that the cases read, where `root` is a folder of its own.
+/// A folder with the inputs of all cases; `root` is a folder of its own.
 pub(super) fn folder(name: &str) -> (Folder, PathBuf) {
     let folder = Folder::new(name);
     let small = fs::read_to_string(folder.0.join("scene.toml")).unwrap();
@@ -172,7 +174,7 @@ fn wait(child: Child) -> String {
     said
 }
 
-/// A command, and an option with a value, that no case and no list knows.
+/// Commands, and options with a value, that are in no case or list.
 #[test]
 fn no_command_or_option_is_left_out() {
     let folder = Folder::new("outputs-all");
@@ -198,7 +200,7 @@ fn no_command_or_option_is_left_out() {
     }
 }
 
-/// Through a pipe come the bytes of the file, and the pipe stays; a device stays a device.
+/// A pipe receives the file's bytes and stays a pipe; a device stays a device.
 #[cfg(unix)]
 fn stays(case: &Case, folder: &Folder, root: &Path) {
     use std::os::unix::fs::FileTypeExt as _;
@@ -221,7 +223,7 @@ fn stays(case: &Case, folder: &Folder, root: &Path) {
             let is_made = make.status().unwrap().success();
             if kind == "device" && !(is_made && fs::File::options().write(true).open(&node).is_ok())
             {
-                // Only who may make devices can destroy them.
+                // Only users who may make devices can destroy them.
                 continue;
             }
             if linked {
@@ -249,7 +251,7 @@ fn stays(case: &Case, folder: &Folder, root: &Path) {
     assert_eq!(files(&folder.0.join("tmp")), [""; 0]);
 }
 
-/// Who has the old file open keeps it, whole.
+/// Processes that have the old file open keep it whole.
 #[cfg(unix)]
 #[test]
 fn regular_files_are_replaced() {
@@ -276,7 +278,7 @@ fn devices_and_pipes_are_written_into() {
     }
 }
 
-/// Before the kernels, whose translation takes seconds.
+/// The frame is written before the kernels, whose translation takes seconds.
 #[cfg(unix)]
 #[test]
 fn an_exported_frame_is_written_into_a_pipe() {
@@ -294,7 +296,7 @@ fn an_exported_frame_is_written_into_a_pipe() {
     assert!(!files(&folder.0).iter().any(|name| name.ends_with(".tmp")));
 }
 
-/// By its name, by another way there, by a hard link and by a symbolic one.
+/// An input is recognised by its name, by another path, by a hard link and by a symbolic one.
 #[test]
 fn a_commands_own_inputs_are_refused() {
     for (i, case) in CASES.iter().chain([&EXPORT]).enumerate() {
@@ -327,7 +329,7 @@ fn a_commands_own_inputs_are_refused() {
     assert_eq!(fs::read(folder.0.join("s.ply")).unwrap(), before);
 }
 
-/// It ends with status 2, names both files, and writes nothing.
+/// The command ends with status 2, names both files, and writes nothing.
 fn refuses(mut command: Command, folder: &Folder, both: [&Path; 2]) {
     let before = files(&folder.0);
     let output = command.output().unwrap();
@@ -343,7 +345,7 @@ fn refuses(mut command: Command, folder: &Folder, both: [&Path; 2]) {
 fn every_file_of_a_scene_is_an_input() {
     let folder = pack::folder("outputs-files");
     fs::create_dir(folder.0.join("o")).unwrap();
-    // The image of the model is that of no material.
+    // The model's image belongs to no material.
     let is_read = |name: &String| name.starts_with("in/") && !name.ends_with("an image.png");
     let inputs: Vec<_> = files(&folder.0).into_iter().filter(is_read).collect();
     assert_eq!(inputs.len(), 7);
@@ -353,7 +355,7 @@ fn every_file_of_a_scene_is_an_input() {
         let error = folder.fail(&all, 2);
         assert!(error.contains(&format!("{input}: is a file that this command reads")), "{error}");
     }
-    // By `--set` a scene reads another file.
+    // With `--set` a scene reads another file.
     fs::copy(folder.0.join("in/scenes/gel.png"), folder.0.join("other.png")).unwrap();
     let set = ["--set", "material.gel.texture=../../other.png", "--backend", "cpu"];
     let all = [&["maps", "in/scenes/own.toml", "-o", "other.png"][..], &set].concat();
@@ -362,7 +364,7 @@ fn every_file_of_a_scene_is_an_input() {
     assert!(before == after);
 }
 
-/// A link is as good as the file behind it, also where nothing is yet.
+/// A link is as good as its target, even if nothing is there yet.
 #[cfg(unix)]
 #[test]
 fn links_lead_to_what_is_written() {
@@ -384,13 +386,13 @@ fn links_lead_to_what_is_written() {
     }
 }
 
-/// On standard output an array is alone.
+/// An array is alone on standard output.
 #[cfg(target_os = "linux")]
 #[test]
 fn standard_output_can_be_the_file() {
     let (folder, _) = folder("outputs-stdout");
     folder.run(&["pack", "scene.toml", "-o", "a.zip"]);
-    // By a link of its own: a program that replaces it harms nobody.
+    // Through a link of its own: a program that replaces it does no harm.
     std::os::unix::fs::symlink("/proc/self/fd/1", folder.0.join("stdout")).unwrap();
     let output = folder.gobo(&["pack", "scene.toml", "-o", "stdout"]);
     assert!(output.stdout == fs::read(folder.0.join("a.zip")).unwrap());

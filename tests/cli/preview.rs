@@ -1,4 +1,4 @@
-//! `--preview`: what it refuses to overwrite, and videos.
+//! `--preview`: files that it refuses to overwrite, and videos.
 use super::commands::{Folder, files};
 use std::{fs, path::Path, process::Command};
 
@@ -20,7 +20,7 @@ fn only_previews_are_overwritten() {
     image::RgbImage::new(2, 2).save(folder.0.join("photo.png")).unwrap();
     let photo = fs::read(folder.0.join("photo.png")).unwrap();
     fs::create_dir(folder.0.join("folder.png")).unwrap();
-    // The mark alone, in a text, makes no preview.
+    // The mark alone, in a text file, makes no preview.
     fs::write(folder.0.join("text.png"), "made by gobo --preview").unwrap();
     for name in ["scene.toml", "photo.png", "folder.png", "text.png", "p.gif", "p", ".."] {
         let error = folder.fail(&[&JOB[..], &[name]].concat(), 2);
@@ -79,7 +79,7 @@ fn a_video_without_ffmpeg_is_refused() {
 fn a_video_is_what_ffmpeg_makes_of_all_frames() {
     let folder = Folder::new("ffmpeg");
     let path = |folder: &Folder| folder.0.join("bin");
-    // Writes what it reads behind the head of an MP4, and its arguments as its tail.
+    // Writes the head of an MP4, then its input, and its arguments as the tail.
     let writer =
         "for out; do :; done\n{ printf '....ftyp'; /bin/cat; printf '%s ' \"$@\"; } >\"$out\"";
     ffmpeg(&folder, writer);
@@ -99,7 +99,7 @@ fn a_video_is_what_ffmpeg_makes_of_all_frames() {
     for option in ["-video_size 15x8 ", "-framerate 24 ", "-f mp4 "] {
         assert!(tail.contains(option), "{tail}");
     }
-    // One that fails at once or in the end leaves the earlier video.
+    // A program that fails at once or at the end leaves the earlier video.
     for script in ["exit 7", "/bin/cat >/dev/null; exit 7"] {
         ffmpeg(&folder, script);
         let (status, told) = video(&folder, &path(&folder));
@@ -107,7 +107,7 @@ fn a_video_is_what_ffmpeg_makes_of_all_frames() {
         assert!(told.contains("p.mp4: ffmpeg"), "{told}");
         assert_eq!(fs::read(folder.0.join("p.mp4")).unwrap(), bytes);
     }
-    // A video of somebody else's.
+    // A foreign video.
     fs::write(folder.0.join("p.mp4"), "....ftyp of a camera").unwrap();
     let (status, told) = video(&folder, &path(&folder));
     assert_eq!(status, Some(2), "{told}");

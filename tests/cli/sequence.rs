@@ -116,7 +116,7 @@ fn a_signal_ends_a_job_after_a_frame() {
     assert!(killed.success());
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(1), "it ended by itself");
-    // Each frame that was begun is whole, and none is half there.
+    // Each started frame is complete, and none is partial.
     let names: Vec<_> = fs::read_dir(folder.0.join("out"))
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())

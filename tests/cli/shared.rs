@@ -87,7 +87,8 @@ fn processes_that_overwrite_each_other_all_succeed() {
     assert!(contents(&folder, "o") == contents(&folder, "alone"));
 }
 
-/// Killed at any moment, also between a claim and a sidecar: the others take over, and nothing is left behind.
+/// Processes are killed at any moment, also between a claim and a sidecar: the others take over, and nothing
+/// is left behind.
 #[cfg(unix)]
 #[test]
 fn killed_processes_lose_nothing() {

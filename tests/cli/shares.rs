@@ -4,18 +4,24 @@ use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 use std::{fs, path::Path};
 
-/// Particles of several blocks behind and before panes, fur, a blocking box, and a lamp of each kind that has one view.
-const SCENE: &str = "[shadow]\nsize = 48\n[[light]]\nname = 'sun'\nkind = 'directional'\ndirection = [0.2, -1, 0.1]\n\
+/// Particles of several blocks behind and in front of panes, fur, a blocking box, and a lamp of each kind
+/// with one view.
+const SCENE: &str = "[shadow]\nsize = 48\n[[light]]\nname = 'sun'\nkind = 'directional'\n\
+    direction = [0.2, -1, 0.1]\n\
     [[light]]\nname = 'spot'\nkind = 'spot'\nposition = [1, 4, 1]\ndirection = [-0.2, -1, -0.2]\nangle = 60\n\
     [[material]]\nname = 'smoke'\ntint = [0.9, 0.5, 0.3, 0.05]\n[[material]]\nname = 'puff'\nshape = 'puff'\n\
     tint = [0.2, 0.5, 0.9, 0.1]\n[[material]]\nname = 'glass'\ntint = [0.3, 0.9, 0.4, 0.6]\n\
     [[material]]\nname = 'solid'\ntransfer = 'opaque'\n\
-    [[particles]]\nmaterial = 'smoke'\ngenerate = { kind = 'cloud', count = 4000, radius = 0.06, center = [0, 1, 0] }\n\
-    [[particles]]\nmaterial = 'puff'\ngenerate = { kind = 'dust', count = 1500, radius = 0.05, min = [-1, 0, -1], max = [1, 2, 1] }\n\
+    [[particles]]\nmaterial = 'smoke'\n\
+    generate = { kind = 'cloud', count = 4000, radius = 0.06, center = [0, 1, 0] }\n\
+    [[particles]]\nmaterial = 'puff'\n\
+    generate = { kind = 'dust', count = 1500, radius = 0.05, min = [-1, 0, -1], max = [1, 2, 1] }\n\
     [[shape]]\nkind = 'pane'\nmaterial = 'glass'\ntranslation = [0, 1.5, 0]\nrotation = [90, 0, 0]\n\
     [[shape]]\nkind = 'box'\nmaterial = 'solid'\nscale = [0.5, 0.5, 0.5]\n\
-    [[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'glass'\ntranslation = [0.4, 0.8, 0]\nscale = [0.4, 0.4, 0.4]\n\
-    [[strands]]\nmaterial = 'glass'\ngenerate = { kind = 'fur', on = 'ball', count = 150, length = 0.2, radius = 0.01 }\n";
+    [[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'glass'\ntranslation = [0.4, 0.8, 0]\n\
+    scale = [0.4, 0.4, 0.4]\n\
+    [[strands]]\nmaterial = 'glass'\n\
+    generate = { kind = 'fur', on = 'ball', count = 150, length = 0.2, radius = 0.01 }\n";
 
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);
@@ -47,7 +53,7 @@ fn same(a: &Path, b: &Path) {
     }
 }
 
-/// A part whose head is changed, with a digest that fits.
+/// A part with a changed head, and a digest that fits.
 fn forged(part: &[u8], change: impl Fn(&mut Value)) -> Vec<u8> {
     let length = u64::from_le_bytes(part[12..20].try_into().unwrap()) as usize;
     let mut head = serde_json::from_slice(&part[20..20 + length]).unwrap();
@@ -62,7 +68,7 @@ fn forged(part: &[u8], change: impl Fn(&mut Value)) -> Vec<u8> {
     bytes
 }
 
-/// Names in a part are those of plain files in the folder, whoever wrote it.
+/// A part can name only plain files in the folder, whoever wrote it.
 #[test]
 fn a_part_names_no_files_elsewhere() {
     let folder = Folder::new("shares-forged");
@@ -103,7 +109,7 @@ fn a_part_names_no_files_elsewhere() {
         let rename = |head: &mut Value| {
             let mut views: Value = serde_json::from_str(head["views"].as_str().unwrap()).unwrap();
             head["names"][0] = name.into();
-            // Also where the views agree.
+            // Even where the views agree.
             let (light, view) = name.split_once('.').unwrap_or((name, ""));
             (views[0]["light"], views[0]["view"]) = (light.into(), view.into());
             head["views"] = views.to_string().into();
@@ -122,7 +128,7 @@ fn a_part_names_no_files_elsewhere() {
     let mut claims = part.clone();
     claims[12..20].copy_from_slice(&u64::MAX.to_le_bytes());
     assert_eq!(merge(&claims).status.code(), Some(2));
-    // The first texel's nearest depth, behind three sums.
+    // The first texel's nearest depth, after three sums.
     let mut deep = part.clone();
     let first = 20 + u64::from_le_bytes(part[12..20].try_into().unwrap()) as usize;
     deep[first + 12..first + 16].fill(0xff);
@@ -138,7 +144,7 @@ fn array(path: &Path) -> Vec<f32> {
     bytes[first..].chunks_exact(4).map(|v| f32::from_le_bytes(v.try_into().unwrap())).collect()
 }
 
-/// Largest difference of the arrays of two folders whose names end so.
+/// Largest difference between the arrays of two folders whose names have this ending.
 fn apart(a: &Path, b: &Path, end: &str) -> f32 {
     let names: Vec<_> = files(a).into_iter().filter(|name| name.ends_with(end)).collect();
     assert_eq!(names.len(), 2, "one of each light");
@@ -163,7 +169,7 @@ fn any_number_of_shares_in_any_order_gives_the_same_maps() {
     folder.run(&["render", "own.toml", "--maps", "-o", "whole"]);
     fs::remove_file(whole.join("frame_0000.png")).unwrap();
     assert_eq!(files(&one), files(&whole));
-    // Each caster's optical depth is rounded to 2^-16 by a dither; the maps' numbers are halves.
+    // A dither rounds each caster's optical depth to 2^-16; the maps hold half floats.
     assert!(apart(&one, &whole, ".filter.npy") <= 1.0 / 1024.0);
     assert!(array(&one.join("maps/frame_0000/sun.0.filter.npy")).iter().any(|&f| f < 0.5));
     assert!(apart(&one, &whole, ".nearest.npy") <= 0.0);
@@ -180,7 +186,7 @@ fn the_cpu_reference_adds_up_the_same() {
         merge(&folder, &parts, out);
     }
     let [cpu, auto] = ["cpu", "auto"].map(|name| folder.0.join(name));
-    // Logarithms differ by a step of 2^-16 per caster, on either side of the dither, and halves round.
+    // Logarithms differ by a step of 2^-16 per caster, on either side of the dither, and half floats round.
     assert!(apart(&cpu, &auto, ".filter.npy") <= 2.0 / 1024.0);
     assert!(apart(&cpu, &auto, ".nearest.npy") <= 1e-5);
 }
@@ -221,7 +227,7 @@ fn curves_are_joined_within_their_bound() {
         }
     }
     let mean = sum / f64::from(count);
-    // Both are within 0.004 of the truth, as tests/maps/curve.rs has it.
+    // Both are within 0.004 of the truth, as in tests/maps/curve.rs.
     assert!(mean <= 0.004, "{mean}");
 }
 
@@ -242,7 +248,7 @@ fn parts_that_do_not_belong_together_are_refused() {
     folder.run(&[&late[..], &["--backend", "cpu"]].concat());
     let error = folder.fail(&["merge", a, "c.gobo"], 2);
     assert!(error.contains(&format!("c.gobo: is of another frame than {a}\n")), "{error}");
-    // The scene's own file is the same, and what it names is not.
+    // The scene's own file is the same, but not the file that it names.
     let named = format!("{SCENE}[[material]]\nname = 'gel'\ntexture = 'gel.png'\n");
     fs::write(folder.0.join("named.toml"), named).unwrap();
     for (name, red) in [("d.gobo", 200), ("e.gobo", 201)] {

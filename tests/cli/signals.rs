@@ -1,4 +1,4 @@
-//! Signals: what they leave, and what they do not end.
+//! Signals: the files that they leave, and the commands that they do not end.
 use super::{
     commands::files,
     hostile::{QUICK, ends},
@@ -27,7 +27,7 @@ fn signals_leave_no_temporary_files() {
     let signal = |child: &Child, name: &str| {
         Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
     };
-    // Those that this process, and so its children, were not started to ignore.
+    // Signals that this process, and so its children, was not started to ignore.
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let ignored = ignored.map_or(0, |bits| u64::from_str_radix(bits.trim(), 16).unwrap());
@@ -61,7 +61,8 @@ fn signals_leave_no_temporary_files() {
 #[test]
 fn a_second_signal_leaves_no_locks() {
     let (folder, root) = folder("outputs-twice");
-    let job = "render scene.toml -o o --frames 0..4000 --skip-existing --preview o/p.png --backend cpu --set camera.size=[640,360]";
+    let job = "render scene.toml -o o --frames 0..4000 --skip-existing --preview o/p.png --backend cpu \
+        --set camera.size=[640,360]";
     for _ in 0..3 {
         let mut child = Command::new(env!("CARGO_BIN_EXE_gobo"))
             .args(job.split(' '))
@@ -76,7 +77,7 @@ fn a_second_signal_leaves_no_locks() {
         {
             assert!(clock.elapsed() < Duration::from_secs(30), "no frame is begun");
         }
-        // Those that wait are one.
+        // Waiting processes are one.
         let status = loop {
             if let Some(status) = child.try_wait().unwrap() {
                 break status.code();
@@ -91,7 +92,7 @@ fn a_second_signal_leaves_no_locks() {
     }
 }
 
-/// What a shell or `nohup` makes a program ignore stays ignored.
+/// A signal that a shell or `nohup` makes a program ignore stays ignored.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_ignored_signal_stays_ignored() {

@@ -1,4 +1,4 @@
-//! What is on the disk before it has its name.
+//! Files are on the disk before they have their name.
 use super::commands::Folder;
 use std::{fs, path::Path, process::Command};
 

@@ -1,4 +1,4 @@
-//! `gobo verify` beside wrong folders: foreign, lying and hostile sidecars.
+//! `gobo verify` on bad folders: foreign, wrong and hostile sidecars.
 use super::commands::Folder;
 use serde_json::{Value, json};
 use std::fs;
@@ -52,7 +52,7 @@ fn frames_of_another_scene_or_version_are_not_of_the_job() {
     folder.run(&["verify", "out"]);
     change(&folder, |sidecar| sidecar["gobo"] = json!("0.0.1"));
     assert_eq!(faults(&folder), [foreign]);
-    // Outside of the job it is not of the job either.
+    // Outside of the job's frames it does not belong to the job either.
     folder.run(&JOB);
     folder.run(&[&JOB[..5], &["--frames=7..8", "--set", "camera.exposure=-2"]].concat());
     assert_eq!(faults(&folder), [foreign.replace('1', "7")]);
@@ -66,7 +66,7 @@ fn files_that_a_frame_did_not_write_are_not_its_own() {
     }
     fs::create_dir_all(folder.0.join("out/maps/frame_0003")).unwrap();
     fs::write(folder.0.join("out/maps/frame_0003/sun.0.filter.npy"), "").unwrap();
-    // Nor is it taken into the sidecar of a frame that is rendered again.
+    // Nor does it enter the sidecar of a frame that is rendered again.
     fs::remove_file(folder.0.join("out/frame_0001.png")).unwrap();
     folder.run(&JOB);
     let expected = [
@@ -105,7 +105,7 @@ fn sidecars_that_lie_are_damaged() {
         change(&folder, lie);
         assert_eq!(faults(&folder), ["frame 1 has a damaged sidecar"]);
     }
-    // Renewed, not believed.
+    // Renewed, not trusted.
     folder.run(&JOB);
     folder.run(&["verify", "out"]);
 }
@@ -138,7 +138,7 @@ fn only_plain_files_are_read() {
     folder.run(&["verify", "out"]);
 }
 
-/// Of another run: without a sidecar, outside of the job.
+/// Files of another run: without a sidecar, outside of the job.
 #[test]
 fn stray_frames_are_named() {
     let folder = job("strays");
@@ -146,7 +146,7 @@ fn stray_frames_are_named() {
     for name in ["frame_0007.png", "frame_0007.cost.png", "frame_12345.exr"] {
         fs::write(out.join(name), "of an earlier run").unwrap();
     }
-    // Theirs are other names.
+    // Foreign files have other names.
     for name in ["frame_007.png", "frame_0008x.png", "frame_0009.notes.txt", "frame_.png"] {
         fs::write(out.join(name), "somebody's").unwrap();
     }
@@ -159,7 +159,7 @@ fn stray_frames_are_named() {
         "frame 12345 has frame_12345.exr of another run",
     ];
     assert_eq!(faults(&folder), expected);
-    // What is missing is rendered again, and what is there of it is not its own.
+    // A missing frame is rendered again, and its present files are not its own.
     fs::write(out.join("frame_0002.exr"), "of an earlier run").unwrap();
     fs::remove_file(out.join("frame_0002.json")).unwrap();
     assert_eq!(faults(&folder)[..1], ["frame 2 is missing"]);

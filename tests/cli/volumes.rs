@@ -18,7 +18,7 @@ fn cube(value: f32) -> Vec<u8> {
     file(Format::default(), &[grid])
 }
 
-/// A frame shows the file of its number, alone and among others; one that is damaged is counted.
+/// A frame shows the file with its number, alone and among others; a damaged file is counted.
 #[test]
 fn a_sequence_of_volumes_is_rendered_frame_by_frame() {
     let folder = Folder::new("volumes");

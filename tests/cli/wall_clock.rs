@@ -1,11 +1,12 @@
-//! `--json` says what the wall clock was spent on, beside a clock outside of the process.
+//! `--json` states the phases of the wall clock, compared with a clock outside of the process.
 use super::commands::Folder;
 use serde_json::Value;
 use std::time::Instant;
 
-/// What the lines may leave out.
+/// Share that the lines may lack.
 const TOLERANCE: f64 = 0.05;
-/// Until the process runs its first line, and from the last frame's line to its end, with other tests on the same cores [ms].
+/// Time until the process runs its first line, and from the last frame's line to its end, with other tests on
+/// the same cores [ms].
 const START_AND_EXIT: f64 = 500.0;
 
 /// Sum of the numbers of an object [ms].
@@ -14,7 +15,7 @@ fn sum(value: &Value) -> f64 {
     all.values().map(|ms| ms.as_f64().unwrap()).sum()
 }
 
-/// Asserts that the lines of a scene of `data/` add up to the time that it took. Returns them.
+/// Asserts that the lines of a scene of `data/` add up to the elapsed time. Returns them.
 fn assert_adds_up(name: &str, scene: &str, more: &[&str]) -> Vec<Value> {
     let folder = Folder::new(name);
     let scene = format!("{}/data/{scene}", crate::common::ROOT);
@@ -49,7 +50,7 @@ fn assert_spent(line: &Value, phases: &[&str]) {
 
 #[test]
 fn all_samples_of_a_picture_add_up_to_the_wall_clock() {
-    // So many that what other tests take of the cores does not hide them.
+    // Enough samples that other tests' use of the cores does not hide their time.
     let lines = assert_adds_up("clock-still", "panes.toml", &["--set", "camera.samples=32"]);
     let phases = ["device", "read", "prepare", "compile", "kernels", "read_back", "write"];
     assert_spent(&lines[0], &phases);

@@ -14,12 +14,12 @@ const TOUCHING: f64 = 1e-3;
 /// Distance of a directional light's sample points [m].
 const FAR: f64 = 100.0;
 
-/// Mean over the light; `normal` is that of the receiver's surface.
+/// Mean over the light; `normal`: of the receiver's surface.
 pub(crate) fn share(scene: &Scene, light: &Light, point: Vec3, normal: Vec3) -> DVec3 {
     share_of_places(scene, light, point, normal, PLACES)
 }
 
-/// [`share`] of `count` places.
+/// [`share`] by `count` places.
 pub(crate) fn share_of_places(
     scene: &Scene,
     light: &Light,
@@ -54,7 +54,7 @@ fn place(light: &Light, start: DVec3, u: f64, v: f64) -> DVec3 {
         LightKind::Spot { position, .. } | LightKind::Point { position } => position.as_dvec3(),
     };
     match light.source {
-        // Evenly over the angle that it fills, on the side that is seen.
+        // Evenly over its solid angle, on the visible side.
         Some(Source::Sphere { radius }) => {
             let radius = f64::from(radius);
             let away = center - start;
@@ -81,14 +81,14 @@ fn place(light: &Light, start: DVec3, u: f64, v: f64) -> DVec3 {
     }
 }
 
-/// `cross(along, up)`, and the axis perpendicular to both.
+/// The axis `cross(along, up)`, and the axis perpendicular to both.
 fn across(along: DVec3) -> (DVec3, DVec3) {
     let up = if along.x.hypot(along.z) < 1e-5 { DVec3::Z } else { DVec3::Y };
     let right = along.cross(up).normalize();
     (right, right.cross(along))
 }
 
-/// A triangle as rays from one point see it (Möller and Trumbore 1997): along `way`, `way.dot(normal)` times its
+/// A triangle for rays from one point (Möller and Trumbore 1997): along `way`, `way.dot(normal)` times its
 /// barycentric coordinates and the ray's parameter are `way.dot(u)`, `way.dot(v)` and `t`.
 struct Facet {
     normal: DVec3,
@@ -135,7 +135,7 @@ fn passed(facets: &[Facet], way: DVec3) -> DVec3 {
     light
 }
 
-/// The angle of a cone of `angle` [degrees] in radians.
+/// Angle of a cone in radians.
 pub(crate) fn degrees(angle: f64) -> f32 {
     (angle * PI / 180.0) as f32
 }

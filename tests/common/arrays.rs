@@ -1,4 +1,4 @@
-//! Writers of files of dense arrays, from the formats' descriptions.
+//! Writers of dense array files, after the formats' descriptions.
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use flate2::{
     Compression,
@@ -6,7 +6,7 @@ use flate2::{
 };
 use std::io::{Cursor, Write as _};
 
-/// Voxels along x, y and z: over the edge of a brick.
+/// Voxels along x, y and z: past the edge of a brick.
 pub(crate) const SIZE: [usize; 3] = [10, 4, 3];
 
 /// Value of a voxel: 1 to 120, each once.
@@ -14,7 +14,7 @@ pub(crate) fn value([x, y, z]: [usize; 3]) -> f64 {
     (1 + x + 10 * y + 40 * z) as f64
 }
 
-/// How numbers are written.
+/// Storage type of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
     I8,
@@ -100,7 +100,7 @@ fn lz4(block: &[u8]) -> Vec<u8> {
     packed
 }
 
-/// An array of a shape in the order of `NumPy`.
+/// An array with a shape in `NumPy`'s order.
 pub(crate) fn npy_of(descr: &str, is_fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
     let order = if is_fortran { "True" } else { "False" };
     let mut text =
@@ -150,11 +150,12 @@ pub(crate) fn npz(arrays: &[(&str, Vec<u8>)], is_packed: bool) -> Vec<u8> {
     archive.finish().unwrap().into_inner()
 }
 
-/// A header with `fields` besides the sizes; the data stand behind it.
+/// A header with `fields` besides the sizes; the data follow.
 pub(crate) fn nrrd_of(kind: &str, fields: &str, data: &[u8]) -> Vec<u8> {
     let [width, height, depth] = SIZE;
     let head = format!(
-        "NRRD0004\n# a comment\ntype: {kind}\ndimension: 3\nsizes: {width} {height} {depth}\n{fields}key:=value\n\n"
+        "NRRD0004\n# a comment\ntype: {kind}\ndimension: 3\nsizes: {width} {height} {depth}\n\
+         {fields}key:=value\n\n"
     );
     [head.as_bytes(), data].concat()
 }
@@ -188,7 +189,7 @@ fn text(values: &[f64]) -> Vec<u8> {
     words.join(" \n").into_bytes()
 }
 
-/// How VTK writes an array.
+/// Encoding of an array by VTK.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Vti {
     Ascii,
@@ -270,7 +271,7 @@ pub(crate) fn vti(kind: Kind, is_big: bool, way: Vti, packer: Option<&str>) -> V
     bytes
 }
 
-/// A header with its data behind it, in voxels of 0.5, 2 and 4 mm; values are stored as (value - 2) / 0.5.
+/// A header and its data, in voxels of 0.5, 2 and 4 mm; values are stored as (value - 2) / 0.5.
 pub(crate) fn nifti(kind: Kind, is_big: bool) -> Vec<u8> {
     let code: i16 = match kind {
         Kind::U8 => 2,
@@ -304,7 +305,7 @@ pub(crate) fn nifti(kind: Kind, is_big: bool) -> Vec<u8> {
     head
 }
 
-/// `data`: the name of the file of the data, or `LOCAL`.
+/// `data`: name of the data's file, or `LOCAL`.
 pub(crate) fn meta_head(kind: &str, is_big: bool, is_packed: bool, data: &str) -> String {
     let [width, height, depth] = SIZE;
     let word = |is: bool| if is { "True" } else { "False" };
@@ -335,7 +336,7 @@ pub(crate) fn meta(kind: Kind, is_big: bool, is_packed: bool) -> Vec<u8> {
     [meta_head(name, is_big, is_packed, "LOCAL").into_bytes(), data].concat()
 }
 
-/// A page for each z, a strip each, not packed or by deflate; texels of 1/2 and 1/4 micrometre, pages 3 apart.
+/// A page per z, a strip each, plain or deflated; texels of 1/2 and 1/4 micrometre, pages 3 apart.
 pub(crate) fn tiff(kind: Kind, is_big: bool, is_packed: bool) -> Vec<u8> {
     let (bits, format) = match kind {
         Kind::I8 => (8, 2),

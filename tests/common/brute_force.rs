@@ -16,14 +16,14 @@ use meet::{meet_brick, meet_gaussian, meet_particle, meet_strand, meet_triangle}
 
 /// Distance to an edge below which rounding decides [texels].
 const EDGE: f64 = 0.05;
-/// The same of a strand, whose chord falls as a root.
+/// The same for a strand, whose chord falls as a root.
 const EDGE_OF_STRAND: f64 = 0.01;
-/// Distance of a capsule's opacity to 1/255 below which rounding decides.
+/// Distance of a capsule's opacity from 1/255 below which rounding decides.
 const OPACITY_OF_STRAND: f64 = 1e-3;
-/// Distance of a cutout's opacity to its cutoff, and of a dithered one to none and all, below which a pattern or rounding
-/// decides.
+/// Distance of a cutout's opacity from its cutoff, and of a dithered one from 0 and 1, below which a pattern
+/// or rounding decides.
 const SOLID_MARGIN: f64 = 1e-3;
-/// Distance of a presence to 1/255 below which rounding decides.
+/// Distance of a presence from 1/255 below which rounding decides.
 const OPACITY_MARGIN: f64 = 1e-4;
 /// Distance to the opaque surface or the near plane below which rounding decides [light depth].
 const DEPTH_MARGIN: f64 = 1e-5;
@@ -45,7 +45,7 @@ struct Eye {
     size: DVec2,
     near: f64,
     far: f64,
-    /// The scene's, as it sees them.
+    /// The scene's Gaussians in this view.
     gaussians: Vec<gaussian_truth::Seen>,
 }
 
@@ -62,16 +62,17 @@ struct Hit {
     light: DVec3,
     added: DVec3,
     opacity: f64,
-    /// What sets the nearest depth: opacity, or the light that `stain` and `gain` change without any.
+    /// Strength by which the hit sets the nearest depth: the opacity, or the light that `stain` and `gain`
+    /// change without opacity.
     presence: f64,
     depth: f64,
-    /// How far from `depth` it may be met: where a medium begins is a matter of its ramp.
+    /// Tolerance of `depth`: the start of a medium depends on its ramp.
     reach: f64,
 }
 
 enum Met {
     Nothing,
-    /// Too near an edge to decide.
+    /// Too close to an edge to decide.
     Edge,
     Hit(Hit),
 }
@@ -101,7 +102,7 @@ impl Eye {
         }
     }
 
-    /// The picture's; every depth in front of it is within its planes.
+    /// The picture's view; every depth in front of it is within its planes.
     fn of_camera(camera: &Camera) -> Self {
         let forward = f64s(camera.target - camera.eye).normalize();
         let right = forward.cross(f64s(camera.up)).normalize();
@@ -156,7 +157,7 @@ impl Eye {
         self.size * 0.5 + DVec2::new(p.dot(self.right), -p.dot(self.up)) * per_metre
     }
 
-    /// The part of an edge from half the near plane's distance on [texels]; `None` if it has none.
+    /// The part of an edge beyond half the near plane's distance [texels]; `None` if it has none.
     fn edge(&self, from: DVec3, to: DVec3) -> Option<[DVec2; 2]> {
         let ends = [from, to].map(|end| self.along_axis(end));
         let least = if self.parallel { f64::NEG_INFINITY } else { self.near * 0.5 };
@@ -170,17 +171,17 @@ impl Eye {
     }
 }
 
-/// Cosine to a perspective view's axis up to which a Gaussian is beside it and stays as it is.
+/// Cosine to a perspective view's axis up to which a Gaussian is beside it and is not enlarged.
 const BESIDE: f64 = 0.05;
 
-/// A Gaussian as the view's rays meet it: no smaller than a texel.
+/// A Gaussian for the view's rays: no smaller than a texel.
 fn seen_by(eye: &Eye, gaussian: &Gaussian) -> gaussian_truth::Seen {
     let to_eye = DMat3::from_cols(eye.right, -eye.up, eye.forward).transpose();
     let center = to_eye * (f64s(gaussian.center) - eye.position);
     if !eye.parallel && center.z <= BESIDE * center.length() {
         return gaussian_truth::Seen::whole(gaussian);
     }
-    // About the centre: x and y over the distance along the axis.
+    // Linear about the centre: x and y over the distance along the axis.
     let (per_metre, slope) = if eye.parallel {
         (eye.scale, DVec2::ZERO)
     } else {
@@ -202,11 +203,11 @@ fn seen_by(eye: &Eye, gaussian: &Gaussian) -> gaussian_truth::Seen {
 
 /// Distance from the camera within which its near plane decides [m].
 const NEAREST_SEEN: f64 = 1e-2;
-/// Distance between two surfaces below which rounding decides which is seen [m].
+/// Distance between two surfaces below which rounding decides which is visible [m].
 const SURFACE_MARGIN: f64 = 1e-3;
 
-/// Material of the solid particle or triangle that the camera sees at each pixel: `None` for none of them; an error where
-/// rounding decides.
+/// Material of the visible solid particle or triangle at each pixel; `None` without one; an error if rounding
+/// decides.
 pub(crate) fn seen(scene: &Scene) -> Vec<Result<Option<u32>, ()>> {
     let eye = Eye::of_camera(&scene.camera);
     let pixel = |i: u32| {
@@ -244,7 +245,7 @@ pub(crate) fn render(scene: &Scene, view: &View) -> Vec<ExpectedTexel> {
     render_before(scene, view, 1.0)
 }
 
-/// Expected maps of `view`, with the light that is left at a light depth.
+/// Expected maps of `view`, with the light left at a light depth.
 pub(crate) fn render_before(scene: &Scene, view: &View, end: f64) -> Vec<ExpectedTexel> {
     let mut eye = Eye::new(scene, view);
     eye.gaussians = scene.gaussians.iter().map(|gaussian| seen_by(&eye, gaussian)).collect();

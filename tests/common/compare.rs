@@ -8,7 +8,7 @@ pub(crate) struct ExpectedTexel {
     /// Least and largest `D` that rounding allows.
     pub(crate) nearest: [f64; 2],
     pub(crate) opaque: f64,
-    /// Whether rounding decides that the ray hits some caster at all.
+    /// Whether rounding decides if the ray hits some caster at all.
     pub(crate) undecided: bool,
 }
 
@@ -16,7 +16,7 @@ pub(crate) struct ExpectedTexel {
 pub(crate) struct Tolerance {
     pub(crate) filter: f64,
     pub(crate) depth: f64,
-    /// Share of the texels that may be undecided.
+    /// Largest share of texels that may be undecided.
     pub(crate) undecided: f64,
 }
 

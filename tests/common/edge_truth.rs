@@ -1,38 +1,39 @@
-//! Edges of shadows in 64 bits: rays through pixels and to lights, tested against a scene's triangles. No map, no filter.
+//! Edges of shadows in 64 bits: rays through pixels and to lights, tested against a scene's triangles. No
+//! map, no filter.
 use gobo::{
     glam::{DVec2, DVec3, Vec3},
     model::{Camera, LightKind, Transfer},
 };
 use gobo_scene::Scene;
 
-/// Cells a side, in which the triangles that a ray may hit are looked up.
+/// Cells a side of the grid of triangles that a ray may hit.
 const CELLS: usize = 192;
 
-/// Where rays come from: a point, or a direction.
+/// Origin of rays: a point, or a direction.
 #[derive(Clone, Copy)]
 enum From {
     Point(DVec3),
-    /// Unit, in which they travel.
+    /// Direction in which they travel, unit.
     Far(DVec3),
 }
 
 #[derive(Clone, Copy)]
 struct Corners {
     corners: [DVec3; 3],
-    /// Unit.
+    /// Normal, unit.
     normal: DVec3,
-    /// Factor of its light; 0 of an opaque one.
+    /// Transmittance; 0 for an opaque one.
     passes: DVec3,
 }
 
-/// Triangles by where rays from one place see them.
+/// Triangles by their position for rays from one place.
 struct Rays {
     from: From,
     axes: [DVec3; 3],
     low: DVec2,
     high: DVec2,
     cells: Vec<Vec<u32>>,
-    /// Those that are partly behind the place.
+    /// Triangles partly behind the place.
     around: Vec<u32>,
 }
 
@@ -102,7 +103,7 @@ impl Rays {
     }
 }
 
-/// Distance along `way` from `start` at which it meets a triangle (Möller and Trumbore 1997).
+/// Distance along `way` from `start` to a triangle (Möller and Trumbore 1997).
 fn meets(triangle: &Corners, start: DVec3, way: DVec3) -> Option<f64> {
     let [a, b, c] = triangle.corners;
     let (ab, ac) = (b - a, c - a);
@@ -117,18 +118,18 @@ fn meets(triangle: &Corners, start: DVec3, way: DVec3) -> Option<f64> {
     (u >= 0.0 && v >= 0.0 && u + v < 1.0).then(|| ac.dot(q) / scale)
 }
 
-/// A plane that the camera sees.
+/// A plane visible to the camera.
 #[derive(Clone, Copy)]
 pub(crate) struct Plane {
     at: DVec3,
-    /// Unit, towards the light.
+    /// Normal towards the light, unit.
     pub normal: DVec3,
 }
 
-/// An edge of a shadow on a plane, where it crosses the picture [pixels].
+/// An edge of a shadow on a plane, at a point of the picture [pixels].
 pub(crate) struct Edge {
     pub at: DVec2,
-    /// Unit, across it, from `before` to `behind`.
+    /// Direction across it, from `before` to `behind`, unit.
     pub across: DVec2,
     pub plane: Plane,
     /// Light on both sides.
@@ -145,9 +146,9 @@ pub(crate) struct Truth<'a> {
     lamp: Rays,
 }
 
-/// Pixels on each side of an edge on which nothing else may be.
+/// Pixels on each side of an edge that must be free of other edges.
 pub(crate) const CLEAR: f64 = 3.0;
-/// Least cosine at which light falls on a measured surface.
+/// Least cosine of the light on a measured surface.
 const MIN_COSINE: f64 = 0.15;
 
 impl<'a> Truth<'a> {
@@ -188,7 +189,7 @@ impl<'a> Truth<'a> {
         along + right * off.x - up * off.y
     }
 
-    /// The solid surface that a pixel shows, if light may fall on it.
+    /// The solid surface at a pixel, if light may fall on it.
     fn plane(&self, pixel: DVec2) -> Option<Plane> {
         let (eye, way) = (self.camera.eye.as_dvec3(), self.ray(pixel));
         let hits = self
@@ -206,7 +207,7 @@ impl<'a> Truth<'a> {
             .filter(|_| normal.dot(toward) > MIN_COSINE)
     }
 
-    /// Where a pixel's ray meets a plane.
+    /// Point of a plane at a pixel.
     pub(crate) fn point(&self, plane: Plane, pixel: DVec2) -> DVec3 {
         let (eye, way) = (self.camera.eye.as_dvec3(), self.ray(pixel));
         eye + way * ((plane.at - eye).dot(plane.normal) / way.dot(plane.normal))
@@ -243,7 +244,7 @@ impl<'a> Truth<'a> {
         Some(light)
     }
 
-    /// Where light changes between two pixels of a plane [share of the way].
+    /// Position at which light changes between two pixels of a plane [share of the distance].
     fn change(&self, plane: Plane, ends: [DVec2; 2], lights: [DVec3; 2]) -> Option<DVec2> {
         let [mut first, mut last] = ends;
         for _ in 0..12 {
@@ -258,7 +259,7 @@ impl<'a> Truth<'a> {
         Some((first + last) * 0.5)
     }
 
-    /// The edge between two neighbouring pixels, if it is straight and alone there.
+    /// The edge between two neighbouring pixels, if it is straight and isolated.
     fn edge(&self, pixel: DVec2, step: DVec2) -> Option<Edge> {
         let plane = self.plane(pixel)?;
         let lights = [self.light(plane, pixel)?, self.light(plane, pixel + step)?];

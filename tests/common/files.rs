@@ -7,7 +7,7 @@ use std::{
     sync::atomic::{AtomicU32, Ordering},
 };
 
-/// A folder of its own, removed in the end.
+/// A folder of its own, removed at the end.
 pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
@@ -56,7 +56,7 @@ impl TempFile {
 
 impl Drop for TempFile {
     fn drop(&mut self) {
-        // Nothing is lost when the file stays.
+        // A file that stays does no harm.
         let _ = fs::remove_file(&self.0);
     }
 }

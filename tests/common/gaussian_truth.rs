@@ -1,47 +1,48 @@
-//! Gaussians in 64 bits, from their definition: in their own space, ray by ray; media by quadrature.
+//! Gaussians in 64 bits, by definition: in their own space, ray by ray; media by quadrature.
 use gobo::{
     glam::{DMat3, DVec2, DVec3},
     model::{Gaussian, GaussianOpacity, Material},
 };
 
-/// Panels of the quadrature, and how far it goes [standard deviations].
+/// Panels of the quadrature, and its range [standard deviations].
 const PANELS: u32 = 64;
 const FARTHEST: f64 = 12.0;
 
 /// A ray's meeting with a Gaussian: `start + way t`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
-    /// Before it is thinned.
+    /// Alpha before it is reduced.
     pub(crate) alpha: f64,
-    /// Ratio of its area to that of what the view shows.
+    /// Ratio of its area to its widened area.
     pub(crate) thin: f64,
-    /// Where it is met.
+    /// Parameter of the hit.
     pub(crate) t: f64,
     /// Standard deviation along the ray, in `t`; 0 for a splat.
     pub(crate) deviation: f64,
 }
 
-/// A Gaussian as a view sees it.
+/// A Gaussian in a view.
 pub(crate) struct Seen {
     center: DVec3,
-    /// From the world to its own space.
+    /// Its own space from world space.
     own: DMat3,
     /// Ratio of the areas.
     thin: f64,
 }
 
 impl Seen {
-    /// As it is.
+    /// The Gaussian, not widened.
     pub(crate) fn whole(gaussian: &Gaussian) -> Self {
         let rotation = DMat3::from_quat(gaussian.rotation.as_dquat().normalize());
         let own = DMat3::from_diagonal(gaussian.sigma.as_dvec3().recip()) * rotation.transpose();
         Self { center: gaussian.center.as_dvec3(), own, thin: 1.0 }
     }
 
-    /// Widened across the ray to its centre until no principal deviation of its projection is below `least`, and
-    /// thinned by the ratio of the areas. `to_map`: from the world to a place in texels and a distance along the axis;
-    /// linear about the centre, where the projection is taken. `line`: the ray through a place in texels from the
-    /// centre. How wide it is along a direction is measured: a quarter of what is within two deviations.
+    /// Widened across the ray to its centre until no principal deviation of its projection is below `least`,
+    /// and reduced by the ratio of the areas. `to_map`: world to a position in texels and a distance along
+    /// the axis; linear about the centre, where the projection is taken. `line`: the ray through a position
+    /// in texels from the centre. The width along a direction is measured: a quarter of the range within two
+    /// deviations.
     pub(crate) fn widened(
         gaussian: &Gaussian,
         to_map: DMat3,
@@ -60,7 +61,7 @@ impl Seen {
             let (from, along) = (own * (start - center), own * way);
             from.cross(along).length() / along.length()
         };
-        // The first place that is two deviations off; ever further steps, then halvings.
+        // The first position two deviations off: growing steps, then halvings.
         let reach = |direction: DVec2| {
             let mut steps = (0..4000).map(|i| 1e-9 * 1.01_f64.powi(i));
             let Some(mut far) = steps.find(|step| distance(direction * *step) >= 2.0) else {
@@ -87,7 +88,7 @@ impl Seen {
     }
 }
 
-/// `ends`: where the ray begins and ends.
+/// `ends`: start and end of the ray.
 pub(crate) fn meet(
     seen: &Seen,
     gaussian: &Gaussian,

@@ -1,5 +1,5 @@
-//! Integrals of a grid's trilinear density along lines, in 64 bits and straight from the definition: a line is cut at
-//! every plane through voxels, and Simpson's rule, which is exact for cubics, sums each part.
+//! Integrals of a grid's trilinear density along lines, in 64 bits and by definition: a line is cut at every
+//! plane through voxels, and Simpson's rule, which is exact for cubics, sums each part.
 use gobo::{
     glam::{DAffine3, DMat3, DVec3, UVec3, Vec3A},
     model::{Brick, Density, Grid},
@@ -18,11 +18,11 @@ pub(crate) struct Line {
 pub(crate) struct Inside {
     /// Integral of density along the line [m].
     pub(crate) integral: f64,
-    /// Where the first cell with density begins, in ways.
+    /// Start of the first cell with density, in ways.
     pub(crate) begins: f64,
-    /// Where rounding no longer decides that there is some.
+    /// Start of certain density, in ways.
     pub(crate) begins_surely: f64,
-    /// How much sooner it may begin, as rounding decides in which cell a line along a face is, in ways.
+    /// How much earlier it may begin, as rounding decides which cell a line along a face is in, in ways.
     pub(crate) sooner: f64,
 }
 
@@ -43,7 +43,7 @@ pub(crate) fn constant_size(brick: &Brick) -> Option<DVec3> {
     }
 }
 
-/// Density of a brick at a place in index space, counted from its lowest voxel.
+/// Density of a brick at a position in index space, relative to its lowest voxel.
 fn density(brick: &Brick, cell: DVec3, place: DVec3) -> f64 {
     let voxels = match &brick.density {
         Density::Voxels(voxels) => voxels,
@@ -61,7 +61,7 @@ fn density(brick: &Brick, cell: DVec3, place: DVec3) -> f64 {
 }
 
 impl Line {
-    /// Ways between which the line is in a box of index space.
+    /// Range of ways in which the line is in a box of index space.
     fn clipped(
         &self,
         start: DVec3,
@@ -82,7 +82,7 @@ impl Line {
         [from, to]
     }
 
-    /// Length inside a box of `size` voxels that is grown by `grow` to all sides [m].
+    /// Length inside a box of `size` voxels, enlarged by `grow` on all sides [m].
     pub(crate) fn chord(
         &self,
         grid: &Grid,
@@ -121,7 +121,7 @@ impl Line {
         }
         let part = |cut: &[f64]| {
             let at = |part: f64| start + way * (cut[0] + (cut[1] - cut[0]) * part);
-            // A line along the last face is in the cells before it.
+            // A line along the last face belongs to the cells before it.
             let cell = at(0.5).floor().clamp(DVec3::ZERO, DVec3::splat(7.0));
             let value = |part: f64| density(brick, cell, at(part));
             let mean = (value(0.0) + 4.0 * value(0.5) + value(1.0)) / 6.0;
@@ -130,7 +130,7 @@ impl Line {
         cuts.windows(2).map(part).collect()
     }
 
-    /// Integral of a brick's density between two places, in ways.
+    /// Integral of a brick's density between two positions, in ways.
     pub(crate) fn integral(&self, grid: &Grid, brick: &Brick, ways: [f64; 2]) -> Option<Inside> {
         let parts = self.parts(grid, brick, ways);
         let integral: f64 = parts.iter().map(|part| part.1).sum();
@@ -141,7 +141,7 @@ impl Line {
                 (sum > integral * share).then_some(begins)
             })
         };
-        // Along a face, or through an edge: two cuts at one place.
+        // Along a face, or through an edge: two cuts at one position.
         let index = index_from_world(grid);
         let (start, way) = (index.transform_point3(self.start), index.transform_vector3(self.way));
         let cell = 1.0 / way.length();
@@ -161,8 +161,8 @@ impl Line {
         parts.filter(|part| part.1 > 0.0).collect()
     }
 
-    /// Integrals of density up to `count` depths in the middle of as many equal parts of `ways` [m]; between faces of
-    /// cells linear.
+    /// Integrals of density up to `count` depths, in the middles of as many equal parts of `ways` [m]; linear
+    /// between faces of cells.
     pub(crate) fn optical_depths(&self, grid: &Grid, ways: [f32; 2], count: usize) -> Vec<f64> {
         let ways = ways.map(f64::from);
         let parts = self.stretches(grid, ways);

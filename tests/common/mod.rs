@@ -34,27 +34,27 @@ pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 /// Folders of WGSL.
 pub(crate) const WGSL: [&str; 2] = ["wgsl", "crates/gobo-picture/wgsl"];
 
-/// The repository, or where `GOBO_ROOT` says: that of a packed test binary is elsewhere.
+/// The repository, or `GOBO_ROOT`: a packed test binary is elsewhere.
 pub(crate) fn root() -> PathBuf {
     std::env::var_os("GOBO_ROOT").map_or_else(|| ROOT.into(), PathBuf::from)
 }
 
 pub(crate) const TIERS: [Tier; 2] = [Tier::Core, Tier::Native];
 
-/// One for each tier.
+/// A value for each tier.
 pub(crate) type ByTier<T> = [T; Tier::ALL.len()];
 
-/// Tiers of a test about a property: its usual one, so that half of the tests wait for each device; with
-/// `GOBO_TEST_TIERS=all`, as in `make test-all`, all three. Kernels of the tiers differ by walks and sums, which
-/// the comparisons with the CPU reference ask on [`TIERS`]; those of the one between have the walks of one and
-/// the sums of the other, and `maps::tiers` compares them.
+/// Tiers of a property's test: its usual one, so that the tests are spread over the devices; with
+/// `GOBO_TEST_TIERS=all`, as in `make test-all`, all three. Kernels of the tiers differ by walks and sums,
+/// which the comparisons with the CPU reference test on [`TIERS`]; the tier in between has the walks of one
+/// and the sums of the other, and `maps::tiers` compares them.
 pub(crate) fn tiers(usual: Tier) -> Vec<Tier> {
     let is_all = std::env::var("GOBO_TEST_TIERS").is_ok_and(|tiers| tiers == "all");
     if is_all { Tier::ALL.to_vec() } else { vec![usual] }
 }
 
-/// The device of a tier and its kernels, which all tests share. Tests that count what a device makes take
-/// turns with another ([`counted_gpu`]); those that have it fail or count kernels open their own
+/// The device of a tier and its kernels, shared by all tests. Tests that count what a device makes take turns
+/// with another one ([`counted_gpu`]); tests that make it fail, or count kernels, open their own
 /// ([`own_gpu`]). A missing GPU fails the test; it never skips it.
 pub(crate) fn gpu(tier: Tier) -> Gpu {
     static GPUS: ByTier<OnceLock<Gpu>> = [const { OnceLock::new() }; Tier::ALL.len()];
@@ -68,7 +68,7 @@ pub(crate) fn own_gpu(tier: Tier) -> Gpu {
     gpu
 }
 
-/// A device of the tier whose counters one test at a time reads, while it holds the guard.
+/// A device of the tier whose counters one test at a time reads while it holds the guard.
 pub(crate) fn counted_gpu(tier: Tier) -> (Gpu, MutexGuard<'static, ()>) {
     static GPUS: ByTier<OnceLock<Gpu>> = [const { OnceLock::new() }; Tier::ALL.len()];
     static READER: Mutex<()> = Mutex::new(());
@@ -76,8 +76,7 @@ pub(crate) fn counted_gpu(tier: Tier) -> (Gpu, MutexGuard<'static, ()>) {
     (GPUS[tier as usize].get_or_init(|| own_gpu(tier)).clone(), guard)
 }
 
-/// Two devices of one instance, each of which detects resources of the other. (Handles of two instances
-/// look alike.)
+/// Two devices of one instance that detect each other's resources. (Handles of two instances look alike.)
 pub(crate) fn two_devices() -> [Gpu; 2] {
     let adapters = gobo::gpu::adapters(&Selection::default());
     let adapter = adapters.first().expect("there is an adapter");
@@ -92,13 +91,13 @@ pub(crate) fn renderer(tier: Tier) -> Renderer {
     renderer
 }
 
-/// A host's shadows, whose kernels are those that all tests share.
+/// A host's shadows, with the kernels that all tests share.
 pub(crate) fn shadows(gpu: &Gpu) -> Shadows {
     let config = Config::new(gpu.tier, &gpu.adapter);
     Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone()).unwrap()
 }
 
-/// One of two renderers of the tier's device, which all tests share.
+/// One of two renderers of the tier's device, shared by all tests.
 fn any_renderer(tier: Tier) -> MutexGuard<'static, Renderer> {
     static RENDERERS: ByTier<[OnceLock<Mutex<Renderer>>; 2]> =
         [const { [const { OnceLock::new() }; 2] }; Tier::ALL.len()];
@@ -123,18 +122,18 @@ pub(crate) fn reference_picture(scene: &Scene) -> Picture {
     Renderer::on_cpu().render(scene, &options).unwrap_or_else(|error| panic!("{error}")).picture
 }
 
-/// As [`render`], without the picture, which takes longer than the maps.
+/// Like [`render`], without the picture, which takes longer than the maps.
 pub(crate) fn map_frame(tier: Tier, scene: &Scene) -> Frame {
     map_frame_tiny(tier, scene, true)
 }
 
-/// As [`map_frame`]; `scatter`: tiny particles take the scatter path.
+/// Like [`map_frame`]; `scatter`: tiny particles take the scatter path.
 pub(crate) fn map_frame_tiny(tier: Tier, scene: &Scene, scatter: bool) -> Frame {
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     frame(tier, scene, scatter, &options)
 }
 
-/// As [`map_frame`], with casters past the pair budget on the scatter path instead of parts of the tiles.
+/// Like [`map_frame`]; casters past the pair budget take the scatter path instead of parts of the tiles.
 pub(crate) fn map_frame_scattered(tier: Tier, scene: &Scene) -> Frame {
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let mut renderer = any_renderer(tier);
@@ -148,11 +147,11 @@ pub(crate) fn map_frame_scattered(tier: Tier, scene: &Scene) -> Frame {
 
 fn frame(tier: Tier, scene: &Scene, scatter: bool, options: &RenderOptions<'_>) -> Frame {
     let mut renderer = any_renderer(tier);
-    // Queues end nodes of curves for many texels at once: `maps::queue` holds theirs.
+    // Queues close nodes of curves for many texels at once: `maps::queue` checks their order.
     let queued = scene.shadow.receiver != Receiver::Curve;
     renderer.configure(|config| {
         config.toggles.scatter_tiny = scatter;
-        config.toggles.queued = queued && config.profile.queued;
+        config.toggles.queued = queued && config.tuning.queued;
     });
     renderer.render(scene, options).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -163,7 +162,7 @@ pub(crate) fn parse(desc: &KernelDesc, tier: Tier) -> naga::Module {
         .unwrap_or_else(|e| panic!("{}", e.emit_to_string_with_path(&wgsl, desc.name)))
 }
 
-/// Every file of the folders `wgsl/` of all crates: its path there, and its text.
+/// All files in the `wgsl/` folders of all crates: path inside it, and text.
 pub(crate) fn wgsl_files() -> Vec<(String, String)> {
     let roots = WGSL.map(|folder| std::path::Path::new(ROOT).join(folder));
     let (mut pending, mut files) = (roots.to_vec(), Vec::new());

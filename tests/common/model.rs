@@ -1,7 +1,7 @@
 //! glTF models, made by tests.
 use serde_json::{Value, json};
 
-/// A `.glb` whose buffer grows with what it is given.
+/// A `.glb` whose buffer grows with its contents.
 pub(crate) struct Glb {
     pub(crate) json: Value,
     bytes: Vec<u8>,
@@ -23,7 +23,7 @@ impl Glb {
         Self { json, bytes: Vec::new() }
     }
 
-    /// Appends to a list of the document; the item's index.
+    /// Appends to a list of the document; returns the item's index.
     pub(crate) fn push(&mut self, key: &str, item: Value) -> usize {
         let list = self.json.as_object_mut().unwrap().entry(key).or_insert_with(|| json!([]));
         let list = list.as_array_mut().unwrap();
@@ -80,7 +80,8 @@ impl Glb {
         self.push("textures", json!({ "source": source }))
     }
 
-    /// A square in xz of 1 m that faces up, with texture coordinates whose u grows with x and v with z: a primitive.
+    /// A square in xz of 1 m that faces up, with texture coordinates whose u grows with x and v with z: a
+    /// primitive.
     pub(crate) fn square(&mut self, material: Value) -> Value {
         let corners = [[-0.5, 0.0, 0.5], [0.5, 0.0, 0.5], [0.5, 0.0, -0.5], [-0.5, 0.0, -0.5]];
         let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
@@ -89,7 +90,11 @@ impl Glb {
         let indices: Vec<u8> = [0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()).collect();
         let indices = self.items((USHORT, "SCALAR", 6), &indices, json!({}));
         let material = self.push("materials", material);
-        json!({ "attributes": { "POSITION": position, "TEXCOORD_0": uv }, "indices": indices, "material": material })
+        json!({
+            "attributes": { "POSITION": position, "TEXCOORD_0": uv },
+            "indices": indices,
+            "material": material
+        })
     }
 
     /// A node of the scene.

@@ -1,4 +1,4 @@
-//! A writer of `NanoVDB` files, from the layout's description (version 32).
+//! A writer of `NanoVDB` files, after the layout's description (version 32).
 use super::vdb::{VdbGrid, blosc, zipped};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +13,7 @@ pub(crate) const FP8: u32 = 14;
 pub(crate) const FP16: u32 = 15;
 pub(crate) const FPN: u32 = 16;
 
-/// How grids are packed.
+/// Compression of grids.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Codec {
     Plain,
@@ -41,7 +41,7 @@ fn put(bytes: &mut [u8], at: usize, value: impl AsRef<[u8]>) {
     bytes[at..at + value.as_ref().len()].copy_from_slice(value.as_ref());
 }
 
-/// A leaf, of whole values 0 to 15 where it has steps of 1.
+/// A leaf; with steps of 1, its values are whole numbers from 0 to 15.
 fn leaf(kind: u32, i: usize, values: &[(f32, bool); 512]) -> Vec<u8> {
     let table = if kind == DOUBLE { 128 } else { 96 };
     let mut bytes = vec![0; table];
@@ -74,7 +74,7 @@ fn leaf(kind: u32, i: usize, values: &[(f32, bool); 512]) -> Vec<u8> {
     bytes
 }
 
-/// The children and tiles of an inner node, by its number of parts along an edge.
+/// The children and tiles of an inner node, by the logarithm of its parts along an edge.
 fn inner(kind: u32, log: usize, table: usize, parts: &BTreeMap<usize, Part>) -> Vec<u8> {
     let count = 1 << (3 * log);
     let mut bytes = vec![0; table + count * 8];
@@ -99,13 +99,13 @@ enum Part {
     Tile(f32, bool),
 }
 
-/// Place of what begins at a voxel in a node of 2^log parts of an edge.
+/// Index of the part that begins at a voxel, in a node of 2^log parts along an edge.
 fn place(voxel: Voxel, log: usize, edge: i32) -> usize {
     let [x, y, z] = voxel.map(|at| (at.div_euclid(edge)).rem_euclid(1 << log) as usize);
     (x << (2 * log)) | (y << log) | z
 }
 
-/// A grid alone: world from index is (4 z + 7, 2 x + 8, 3 y + 9).
+/// A single grid: world from index is (4 z + 7, 2 x + 8, 3 y + 9).
 pub(crate) fn grid(kind: u32, class: u32, grid: &VdbGrid) -> Vec<u8> {
     let is_wide = kind == DOUBLE;
     let (root_size, background_at, value_at) = if is_wide { (96, 32, 24) } else { (64, 28, 20) };
@@ -166,7 +166,7 @@ pub(crate) fn grid(kind: u32, class: u32, grid: &VdbGrid) -> Vec<u8> {
         put(&mut bytes, at, node);
     }
     let mut table = Vec::new();
-    // 21 bits for each number, of which the lowest 20 are those of a coordinate.
+    // 21 bits for each number; the lowest 20 are a coordinate's.
     let key = |origin: Voxel| {
         let [x, y, z] = origin.map(|at| u64::from(at.cast_unsigned() >> 12));
         (z | y << 21 | x << 42).to_le_bytes()
@@ -203,7 +203,7 @@ pub(crate) fn grid(kind: u32, class: u32, grid: &VdbGrid) -> Vec<u8> {
     put(&mut bytes, root_at + root_size, table);
     bytes.extend(leaves.into_iter().flat_map(|(_, leaf)| leaf));
     let length = bytes.len() as u64;
-    // The head, and the place of the root behind the tree's own 64 bytes.
+    // The head, and the root's offset after the tree's own 64 bytes.
     put(&mut bytes, 0, b"NanoVDB1");
     put(&mut bytes, 16, (32_u32 << 21).to_le_bytes());
     put(&mut bytes, 28, 1_u32.to_le_bytes());

@@ -1,11 +1,11 @@
-//! Small clouds of points, written from the formats' descriptions, byte by byte.
-use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr};
+//! Small point clouds, written after the formats' descriptions, byte by byte.
+use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr, LazVlrBuilder, laszip::ChunkTable};
 use std::{fmt::Write as _, io::Cursor};
 
-/// A point as files store it.
+/// A point in a file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dot {
-    /// In the file's axes, z up [m].
+    /// Position in the file's axes, z up [m].
     pub(crate) place: [f64; 3],
     pub(crate) rgb: [u8; 3],
     pub(crate) intensity: u16,
@@ -22,7 +22,7 @@ pub(crate) const DOTS: [Dot; 4] = [
 /// Scale of coordinates in LAS files [m].
 pub(crate) const SCALE: f64 = 0.001;
 
-/// Records of a format of points.
+/// Records in a point format.
 fn records(format: u8, dots: &[Dot], offset: [f64; 3], depth: u16) -> (u16, Vec<u8>) {
     let size: u16 = match format {
         0 => 20,
@@ -53,7 +53,7 @@ fn records(format: u8, dots: &[Dot], offset: [f64; 3], depth: u16) -> (u16, Vec<
     (size, all)
 }
 
-/// LAS of a format of points; 1.4 from format 6 on, 1.2 below. `depth`: what a step of a colour is.
+/// LAS in a point format; 1.4 from format 6 on, 1.2 below. `depth`: step of a colour.
 pub(crate) fn las(format: u8, dots: &[Dot], offset: [f64; 3], depth: u16) -> Vec<u8> {
     let (size, records) = records(format, dots, offset, depth);
     let mut file = head(format, size, dots.len(), offset, &[]);
@@ -61,7 +61,7 @@ pub(crate) fn las(format: u8, dots: &[Dot], offset: [f64; 3], depth: u16) -> Vec
     file
 }
 
-/// LAZ, compressed by the crate that is tested.
+/// LAZ, compressed by the tested crate.
 pub(crate) fn laz(format: u8, dots: &[Dot], offset: [f64; 3]) -> Vec<u8> {
     let (size, records) = records(format, dots, offset, 257);
     let items = LazItemRecordBuilder::default_for_point_format_id(format, 0).unwrap();
@@ -77,6 +77,59 @@ pub(crate) fn laz(format: u8, dots: &[Dot], offset: [f64; 3]) -> Vec<u8> {
     file.into_inner()
 }
 
+/// COPC of points of format 7: LAZ with a chunk and a node a level, the coarsest first. Level 1 and finer are
+/// in a page of their own.
+pub(crate) fn copc(levels: &[&[Dot]]) -> Vec<u8> {
+    let items = LazItemRecordBuilder::default_for_point_format_id(7, 0).unwrap();
+    let vlr = LazVlrBuilder::new(items).with_variable_chunk_size().build();
+    let mut record = Vec::new();
+    vlr.write_to(&mut record).unwrap();
+    let count = levels.iter().map(|dots| dots.len()).sum();
+    let mut file = head(7 | 128, 36, count, [0.0; 3], &record);
+    // The record of the octree is the first.
+    let mut info = vec![0; 54 + 160];
+    info[2..6].copy_from_slice(b"copc");
+    info[18] = 1;
+    info[20] = 160;
+    let first = 375..375 + 54 + 3;
+    file.splice(first, info.clone());
+    let start = file.len() as u64;
+    file[96..100].copy_from_slice(&(start as u32).to_le_bytes());
+    let mut file = Cursor::new(file);
+    file.set_position(start);
+    let mut packed = LasZipCompressor::new(&mut file, vlr.clone()).unwrap();
+    for dots in levels {
+        packed.compress_many(&records(7, dots, [0.0; 3], 257).1).unwrap();
+        packed.finish_current_chunk().unwrap();
+    }
+    packed.done().unwrap();
+    drop(packed);
+    file.set_position(start);
+    let chunks = ChunkTable::read_from(&mut file, &vlr).unwrap();
+    let mut file = file.into_inner();
+    let mut offset = start + 8;
+    let mut entries: Vec<Vec<u8>> = Vec::new();
+    for ((level, chunk), dots) in (0_i32..).zip(&chunks).zip(levels) {
+        let mut entry: Vec<u8> = [level, 0, 0, 0].iter().flat_map(|k| k.to_le_bytes()).collect();
+        entry.extend(offset.to_le_bytes());
+        entry.extend((chunk.byte_count as i32).to_le_bytes());
+        entry.extend((dots.len() as i32).to_le_bytes());
+        entries.push(entry);
+        offset += chunk.byte_count;
+    }
+    // A page that names another, whose key is that of level 1.
+    let (root, rest) = entries.split_at(1);
+    let page = file.len() as u64;
+    let mut link: Vec<u8> = [1_i32, 0, 0, 0].iter().flat_map(|k| k.to_le_bytes()).collect();
+    link.extend((page + 64).to_le_bytes());
+    link.extend((32 * rest.len() as i32).to_le_bytes());
+    link.extend((-1_i32).to_le_bytes());
+    file.extend([&root.concat()[..], &link, &rest.concat()].concat());
+    file[429 + 40..429 + 48].copy_from_slice(&page.to_le_bytes());
+    file[429 + 48..429 + 56].copy_from_slice(&64_u64.to_le_bytes());
+    file
+}
+
 fn head(format: u8, size: u16, count: usize, offset: [f64; 3], laz: &[u8]) -> Vec<u8> {
     let is_new = format & 63 >= 6;
     let length: u16 = if is_new { 375 } else { 227 };
@@ -85,7 +138,7 @@ fn head(format: u8, size: u16, count: usize, offset: [f64; 3], laz: &[u8]) -> Ve
     put(0, b"LASF");
     put(24, &[1, if is_new { 4 } else { 2 }]);
     put(94, &length.to_le_bytes());
-    // A record that says nothing stands before that of the compression.
+    // An unrelated record precedes that of the compression.
     let vlrs = 54 + 3 + if laz.is_empty() { 0 } else { 54 + laz.len() };
     put(96, &(u32::from(length) + vlrs as u32).to_le_bytes());
     put(100, &[if laz.is_empty() { 1 } else { 2 }]);
@@ -156,7 +209,7 @@ pub(crate) fn pcd(encoding: &str, dots: &[Dot]) -> Vec<u8> {
     }
     let plain: Vec<u8> =
         (0..6).flat_map(|k| rows.iter().flat_map(move |row| row[k].clone())).collect();
-    // LZF without a run: each 32 bytes behind their number less one.
+    // LZF without a run: each 32 bytes follow their number less one.
     let packed: Vec<u8> =
         plain.chunks(32).flat_map(|chunk| [&[chunk.len() as u8 - 1], chunk].concat()).collect();
     file.extend((packed.len() as u32).to_le_bytes());
@@ -165,7 +218,7 @@ pub(crate) fn pcd(encoding: &str, dots: &[Dot]) -> Vec<u8> {
     file
 }
 
-/// E57 with one scan, written by the crate that is tested, moved by (0, 0, 10).
+/// E57 with one scan, written by the tested crate, moved by (0, 0, 10).
 pub(crate) fn e57(dots: &[Dot]) -> Vec<u8> {
     use e57::{
         E57Writer, Quaternion, Record, RecordDataType, RecordName, RecordValue, Transform,

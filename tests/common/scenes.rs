@@ -80,7 +80,8 @@ pub(crate) fn particle(center: Vec3, radius: f32, color: Vec4) -> Particle {
     Particle { center, radius, color, rotation: 0.0, material: 0, id: 0 }
 }
 
-/// A view whose view space is world space: looks along -z, `far` at z = -10; `size / scale` metres wide.
+/// A view whose view space is world space: it looks along -z, with `far` at z = -10, and is `size / scale`
+/// metres wide.
 pub(crate) fn flat_view(size: u32, scale: f32) -> View {
     View {
         role: ViewRole::Whole,
@@ -107,16 +108,16 @@ pub(crate) fn triangle(positions: [Vec3; 3], material: u32) -> Triangle {
     Triangle { normals: [Vec3::Z; 3], uvs, ..Triangle::flat(positions, material) }
 }
 
-/// Fixes a directional light's view at 20 x 20 x 20 m around the origin, whatever else casts: by an opaque
-/// triangle between two corners, which covers no texel as it has no area.
+/// Fixes a directional light's view at 20 x 20 x 20 m around the origin, whatever else casts, by an opaque
+/// triangle between two corners; it has no area, so it covers no texel.
 pub(crate) fn hold_view(scene: &mut Scene, opaque: u32) {
-    // With its margin and a texel more, a window is stepped up to 20 m.
+    // With its margin and one more texel, a window is rounded up to 20 m.
     let far = Vec3::splat(9.2);
     scene.triangles.push(triangle([-far, far, far], opaque));
 }
 
-/// Discs of one material with radii from far below a texel to a large part of a map, in a ball
-/// of radius 2 [m] around the origin.
+/// Discs of one material in a ball of radius 2 [m] around the origin, with radii from far below a texel to a
+/// large part of a map.
 pub(crate) fn random_discs(count: usize, seed: u64) -> Vec<Particle> {
     let mut chance = Chance::new(seed);
     let discs = (0..count as u32).map(|id| {

@@ -1,4 +1,4 @@
-//! Small files of splats, written from the formats' descriptions, byte by byte.
+//! Small splat files, written after the formats' descriptions, byte by byte.
 use flate2::{Compression, write::GzEncoder};
 use image::{ImageFormat, RgbaImage};
 use std::{
@@ -10,7 +10,7 @@ use zip::{ZipWriter, write::SimpleFileOptions};
 /// Three numbers of a splat.
 type Column = dyn Fn(&Stored) -> [f64; 3];
 
-/// A splat as files store it: plain numbers, the rotation as w x y z.
+/// A splat in a file: plain numbers, the rotation as w x y z.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stored {
     pub(crate) center: [f64; 3],
@@ -20,7 +20,7 @@ pub(crate) struct Stored {
     pub(crate) color: [f64; 3],
 }
 
-/// Three splats of different axes; the rotations' largest parts are w, y and z.
+/// Three splats with different axes; the largest parts of their rotations are w, y and z.
 pub(crate) const SPLATS: [Stored; 3] = [
     Stored {
         center: [0.0, 0.0, 0.0],
@@ -80,7 +80,7 @@ pub(crate) fn ply(format: &str, splats: &[Stored], rest: usize) -> Vec<u8> {
         row.extend(vec![0.125; rest]);
         row.push(logit(splat.opacity));
         row.extend(splat.sigma.map(f64::ln));
-        // Trainers don't normalise.
+        // Trainers do not normalise.
         row.extend(splat.rotation.map(|part| part * 3.0));
         row
     };
@@ -96,7 +96,8 @@ pub(crate) fn ply(format: &str, splats: &[Stored], rest: usize) -> Vec<u8> {
     file
 }
 
-/// The three parts of a rotation beside its largest, which is made positive; and its place. `parts`: any order.
+/// The three parts of a rotation without its largest, which is made positive; and the largest's index.
+/// `parts`: in any order.
 fn smallest_three(parts: [f64; 4]) -> ([f64; 3], usize) {
     let largest = (0..4).max_by(|&a, &b| parts[a].abs().total_cmp(&parts[b].abs())).unwrap();
     let sign = parts[largest].signum();
@@ -168,8 +169,8 @@ pub(crate) fn bare(splats: &[Stored]) -> Vec<u8> {
     file
 }
 
-/// Header and attributes of an SPZ file without compression: positions, alphas, colours, scales, rotations, harmonics
-/// of degree 1.
+/// Header and attributes of an SPZ file without compression: positions, alphas, colours, scales, rotations,
+/// harmonics of degree 1.
 pub(crate) fn spz_parts(version: u32, splats: &[Stored]) -> (Vec<u8>, [Vec<u8>; 6]) {
     let mut header = b"NGSP".to_vec();
     header.extend(version.to_le_bytes());
@@ -219,7 +220,7 @@ pub(crate) fn spz(version: u32, splats: &[Stored]) -> Vec<u8> {
     });
     let mut file = header;
     file[15] = 6;
-    // Behind the header there may be an extension.
+    // An extension may follow the header.
     file.extend(40_u32.to_le_bytes());
     file.extend([0; 20]);
     for (packed, plain) in packed.iter().zip(&parts) {
@@ -233,7 +234,7 @@ pub(crate) fn spz(version: u32, splats: &[Stored]) -> Vec<u8> {
 /// SOG in a zip.
 pub(crate) fn sog(splats: &[Stored]) -> Vec<u8> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    // Plain, so that tests find what they change.
+    // Not compressed, so that tests find the bytes that they change.
     let options = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
     for (name, bytes) in sog_files(splats) {
         archive.start_file(name, options).unwrap();
@@ -242,8 +243,8 @@ pub(crate) fn sog(splats: &[Stored]) -> Vec<u8> {
     archive.finish().unwrap().into_inner()
 }
 
-/// Names and bytes of the files of a SOG with codebooks that hold each number of `splats`, 28 at most; `meta.json`
-/// is the first.
+/// Names and bytes of a SOG's files, with codebooks that hold each number of `splats`, at most 28;
+/// `meta.json` is the first.
 pub(crate) fn sog_files(splats: &[Stored]) -> Vec<(&'static str, Vec<u8>)> {
     let mut books = [vec![0.0; 256], vec![0.0; 256]];
     let mut images = <[Vec<u8>; 5]>::default();
@@ -290,8 +291,8 @@ pub(crate) fn sog_files(splats: &[Stored]) -> Vec<(&'static str, Vec<u8>)> {
     all
 }
 
-/// `.ksplat` 0.1 of a compression level, with harmonics of degree 1: a section with full buckets of one splat and a
-/// last bucket of all others, and a section without splats.
+/// `.ksplat` 0.1 at a compression level, with harmonics of degree 1: a section with full buckets of one splat
+/// and a last bucket of all others, and a section without splats.
 pub(crate) fn ksplat(level: u16, splats: &[Stored]) -> Vec<u8> {
     const EDGE: f64 = 16.0;
     let half = |x: f64| half::f16::from_f64(x).to_le_bytes();
@@ -304,14 +305,14 @@ pub(crate) fn ksplat(level: u16, splats: &[Stored]) -> Vec<u8> {
     let mut put = |at: usize, bytes: &[u8]| file[at..at + bytes.len()].copy_from_slice(bytes);
     let count = splats.len() as u32;
     put(0, &[0, 1]);
-    // Sections, splats, and room for both; the level.
+    // Sections, splats, and space for both; the level.
     for (i, word) in [2, 2, count, count].into_iter().enumerate() {
         put(4 + 4 * i, &u32::to_le_bytes(word));
     }
     put(20, &level.to_le_bytes());
     let buckets = if level == 0 { 0 } else { centers.len() as u32 };
     let (full, partial) = if level == 0 { (0, &[][..]) } else { (full as u32, &partial[..]) };
-    // Two splats that are not there have room.
+    // There is space for two more splats.
     for (i, word) in [count, count + 2, 1, buckets].into_iter().enumerate() {
         put(4096 + 4 * i, &u32::to_le_bytes(word));
     }
@@ -346,8 +347,8 @@ pub(crate) fn ksplat(level: u16, splats: &[Stored]) -> Vec<u8> {
     file
 }
 
-/// glTF whose splats are in an SPZ file in a view, as `KHR_gaussian_splatting_compression_spz_2` says. Moved by
-/// (0, 1, 0).
+/// glTF with splats in an SPZ file in a view (`KHR_gaussian_splatting_compression_spz_2`). Moved by (0, 1,
+/// 0).
 pub(crate) fn gltf_spz(splats: &[Stored]) -> String {
     use base64::{Engine as _, engine::general_purpose::STANDARD};
     let own = "KHR_gaussian_splatting";
@@ -359,13 +360,16 @@ pub(crate) fn gltf_spz(splats: &[Stored]) -> String {
           \"extensionsRequired\": [\"{own}\", \"{packed}\"], \
           \"scene\": 0, \"scenes\": [{{\"nodes\": [0]}}], \
           \"nodes\": [{{\"mesh\": 0, \"translation\": [0, 1, 0]}}], \
-          \"meshes\": [{{\"primitives\": [{{\"mode\": 0, \"attributes\": {{\"POSITION\": 0, \"COLOR_0\": 1}}, \
-            \"extensions\": {{\"{own}\": {{\"extensions\": {{\"{packed}\": {{\"bufferView\": 0}}}}}}}}}}]}}], \
+          \"meshes\": [{{\"primitives\": [{{\"mode\": 0, \"attributes\": {{\"POSITION\": 0, \
+          \"COLOR_0\": 1}}, \
+            \"extensions\": {{\"{own}\": {{\"extensions\": {{\"{packed}\": {{\"bufferView\": \
+            0}}}}}}}}}}]}}], \
           \"accessors\": [{{\"componentType\": 5126, \"count\": {count}, \"type\": \"VEC3\", \
             \"min\": [-1, -1, -3], \"max\": [1, 2, 1]}}, \
             {{\"componentType\": 5121, \"normalized\": true, \"count\": {count}, \"type\": \"VEC4\"}}], \
           \"bufferViews\": [{{\"buffer\": 0, \"byteOffset\": 0, \"byteLength\": {length}}}], \
-          \"buffers\": [{{\"byteLength\": {length}, \"uri\": \"data:application/octet-stream;base64,{}\"}}]}}",
+          \"buffers\": [{{\"byteLength\": {length}, \"uri\": \
+          \"data:application/octet-stream;base64,{}\"}}]}}",
         STANDARD.encode(&data)
     )
 }

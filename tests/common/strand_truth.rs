@@ -1,4 +1,4 @@
-//! Strands in 64 bits, from their definition: where a ray is inside is found by bisection, what it passes by quadrature.
+//! Strands in 64 bits, by definition: bisection finds the part of a ray inside, quadrature its transmittance.
 use gobo::{
     glam::{DVec3, Vec4},
     model::Strand,
@@ -9,7 +9,7 @@ const HALVINGS: u32 = 80;
 const PANELS: u32 = 128;
 /// Distance and cosine below which a ray is in a plane [m].
 const TIED: f64 = 1e-4;
-/// Squared sine below which a ray is along an axis, and as far from all of it.
+/// Squared sine below which a ray counts as parallel to an axis.
 const ALONG: f64 = 1e-8;
 
 /// A ray's meeting with a capsule.
@@ -21,24 +21,24 @@ pub(crate) struct Met {
     pub(crate) is_tied: bool,
 }
 
-/// A ray's way through a capsule.
+/// A ray's path through a capsule.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
-    /// Where it enters and leaves, in the ray's parameter.
+    /// Parameters of the ray where it enters and leaves.
     pub(crate) enters: f64,
     pub(crate) leaves: f64,
     /// Widened radii there [m].
     radii: [f64; 2],
-    /// How far the ray is inside the cone at its deepest [m]; negative outside.
+    /// Greatest depth of the ray inside the cone [m]; negative outside.
     pub(crate) miss: f64,
-    /// Inside the capsule and in the whole cone [local diameters].
+    /// Length inside the capsule and in the whole cone [local diameters].
     inside: f64,
     whole: f64,
     thin: f64,
 }
 
 impl Way {
-    /// What passes where `passed` passes a diameter.
+    /// Transmittance, if a diameter's is `passed`.
     pub(crate) fn passed(&self, passed: f64) -> f64 {
         let passed = passed.max(1e-9);
         if self.thin >= 1.0 {
@@ -47,7 +47,7 @@ impl Way {
         (1.0 - self.thin * (1.0 - passed.powf(self.whole))).powf(self.inside / self.whole)
     }
 
-    /// Share of its diameters that is in front of `t`, in the ray's parameter.
+    /// Share of its diameters in front of the ray's parameter `t`.
     pub(crate) fn share(&self, t: f64) -> f64 {
         let part = ((t - self.enters) / (self.leaves - self.enters)).clamp(0.0, 1.0);
         let growth = self.radii[1] / self.radii[0];
@@ -77,15 +77,15 @@ impl Cone {
         a + (b - a) * self.along(point) / self.length
     }
 
-    /// Distance inside the surface, across the axis; negative outside.
+    /// Depth inside the surface, across the axis; negative outside.
     fn depth(&self, point: DVec3) -> f64 {
         let off = point - self.first;
         self.radius(point) - (off - self.axis * off.dot(self.axis)).length()
     }
 }
 
-/// Meetings of the ray `start + way t` with the capsules of a strand. `ends`: where it begins and ends; `least`: radius
-/// at a point that the strand is widened to, linear along a capsule.
+/// Hits of the ray `start + way t` on the capsules of a strand. `ends`: start and end of the ray; `least`:
+/// radius at a point that the strand is widened to, linear along a capsule.
 pub(crate) fn meet(
     strand: &Strand,
     start: DVec3,
@@ -107,13 +107,13 @@ pub(crate) fn meet(
         let shared = before.dot(after) > 1e-3 && !steep(i - 1) && !steep(i);
         if shared { (before + after).normalize() } else { own }
     };
-    // Of the whole ray, as it is where the capsule's axis is closest to it.
+    // Widening of the whole ray, as at its point closest to the capsule's axis.
     let widened = |i: usize| {
         let (first, last, own) = (at(i), at(i + 1), axis(i));
         let flat = |v: DVec3| v - way * (v.dot(way) / way.length_squared());
         let (off, step) = (flat(first - start), flat(own));
         let turn = step.length_squared();
-        // One along the axis takes the radius where it begins.
+        // A ray along the axis takes the radius at its start.
         let begins = own.dot(start + way * ends[0] - first);
         let place = if turn < ALONG { begins } else { -off.dot(step) / turn };
         let place = place.clamp(0.0, first.distance(last));
@@ -157,7 +157,7 @@ pub(crate) fn meet(
 fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) -> Option<Way> {
     let point = |t: f64| start + way * t;
     let depth = |t: f64| cone.depth(point(t));
-    // The depth is concave along the ray; far beyond the capsule nothing is looked for.
+    // The depth is concave along the ray; far outside the capsule nothing is searched.
     let near = (cone.first - start).dot(way) / way.length_squared();
     let far = 1e4 * cone.length + 100.0 * (cone.radii[0] + cone.radii[1]);
     let [mut low, mut high] = [near - far, near + far];

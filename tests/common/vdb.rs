@@ -1,11 +1,11 @@
-//! A writer of `OpenVDB` files, from the format's description: what a grid has is what a test says of its voxels.
+//! A writer of `OpenVDB` files, after the format's description: a test states a grid's voxels.
 use glam::{DVec3, IVec3};
 use std::{
     collections::{BTreeMap, BTreeSet},
     io::Write as _,
 };
 
-/// How values are packed.
+/// Compression of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Packing {
     Plain,
@@ -13,14 +13,14 @@ pub(crate) enum Packing {
     Blosc,
 }
 
-/// How a file is written.
+/// Options of a file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Format {
     pub(crate) version: u32,
     pub(crate) packing: Packing,
     /// Whether inactive values are left out.
     pub(crate) masked: bool,
-    /// Whether the heads of grids say where they end.
+    /// Whether the heads of grids state their ends.
     pub(crate) has_offsets: bool,
 }
 
@@ -30,7 +30,7 @@ impl Default for Format {
     }
 }
 
-/// Values of a leaf, z first, each with whether it is active.
+/// Values of a leaf, z first, each with its activity.
 pub(crate) type Leaf = [(f32, bool); 512];
 
 /// A grid to write.
@@ -39,16 +39,16 @@ pub(crate) struct VdbGrid {
     pub(crate) name: &'static str,
     /// `Tree_float_5_4_3`, with `_HalfFloat` for halves.
     pub(crate) kind: &'static str,
-    /// Numbers of a value, per value: three of a colour.
+    /// The numbers of a value, relative to it: three for a colour.
     pub(crate) channels: &'static [f32],
     pub(crate) class: &'static str,
     pub(crate) instance_of: &'static str,
     /// Name and bytes of the map.
     pub(crate) transform: (&'static str, Vec<u8>),
     pub(crate) background: f32,
-    /// By lowest voxel.
+    /// Leaves by their lowest voxel.
     pub(crate) leaves: BTreeMap<[i32; 3], Leaf>,
-    /// Lowest voxel and edge, value, whether it is active.
+    /// Value and activity by lowest voxel and edge.
     pub(crate) tiles: BTreeMap<([i32; 3], i32), (f32, bool)>,
 }
 
@@ -68,7 +68,7 @@ impl Default for VdbGrid {
     }
 }
 
-/// A map of voxels of one edge [m].
+/// A map with cubic voxels [m].
 pub(crate) fn scaled(edge: f64) -> (&'static str, Vec<u8>) {
     ("UniformScaleMap", doubles([edge; 15]))
 }
@@ -330,7 +330,8 @@ pub(crate) fn zipped(plain: &[u8]) -> Vec<u8> {
     zip.finish().unwrap()
 }
 
-/// A Blosc frame of one block: bytes sorted by their place in a number, in a stream each if there are enough.
+/// A Blosc frame of one block: bytes sorted by their position in a number, in a stream each if there are
+/// enough.
 pub(crate) fn blosc(plain: &[u8], number: usize) -> Vec<u8> {
     let count = plain.len() / number;
     let sorted: Vec<u8> = (0..plain.len()).map(|i| plain[i % count * number + i / count]).collect();

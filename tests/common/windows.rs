@@ -1,10 +1,11 @@
-//! Windows of maps in 64 bits, by the formulas of docs/soft.md and docs/dither.md: sums over all of a window's texels.
+//! Windows of maps in 64 bits, by the formulas of docs/soft.md and docs/dither.md: sums over all texels of a
+//! window.
 use gobo::{
     glam::{DVec3, UVec2, Vec3},
     records::ViewMaps,
 };
 
-/// Offsets of a window's texels, and the texels; `None` off the map.
+/// Offsets and indices of a window's texels; `None` outside the map.
 fn window(
     size: UVec2,
     at: usize,
@@ -20,7 +21,8 @@ fn window(
     })
 }
 
-/// Mean over the window of a texel, two standard deviations each way, of the map's texels for which `sees` is true.
+/// Gaussian mean over the window of a texel, two standard deviations each way, of the map's texels for which
+/// `sees` is true.
 pub(crate) fn gaussian(
     size: UVec2,
     at: usize,
@@ -39,13 +41,13 @@ pub(crate) fn gaussian(
     if all > 0.0 { sum / all } else { DVec3::ONE }
 }
 
-/// Least depth of a window's texels on the map.
+/// Least depth of a window's texels in the map.
 pub(crate) fn least(size: UVec2, at: usize, radius: i32, depth: impl Fn(usize) -> f32) -> f32 {
     window(size, at, radius).filter_map(|(.., texel)| texel).map(depth).fold(1.0, f32::min)
 }
 
-/// Light of a texel of a softened map, its nearest and its opaque depth. The last bit of an opaque depth marks a
-/// dithered surface; beyond the map, the texels of its border count.
+/// Light of a texel in a softened map, and its nearest and opaque depth. The last bit of an opaque depth
+/// marks a dithered surface; outside the map, the texels of its border count.
 pub(crate) fn softened(maps: &ViewMaps, at: usize, radius: i32) -> (DVec3, f32, f32) {
     let size = maps.view.size;
     let end = size.as_ivec2() - 1;

@@ -1,11 +1,11 @@
-//! Files that name each other in a circle are understood together only: circles stay small.
+//! Files that import each other in a cycle can only be understood together: cycles stay small.
 use super::sources::{Module, Source, arrows, sources};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Files of the largest circle.
+/// Most files in a cycle.
 const MAX_CIRCLE: usize = 4;
 
-/// Files that reach each other.
+/// Sets of files that reach each other.
 fn circles(arrows: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<BTreeSet<Module>> {
     let reached = |from: &Module| {
         let (mut seen, mut open) = (BTreeSet::new(), vec![from.clone()]);

@@ -1,5 +1,6 @@
-//! Walks index neither private and function variables nor vectors by what is no constant: on an H100 one such index in the
-//! store at the end of a walk made the whole walk take nearly twice as long, and neither registers nor stack show it.
+//! Walks use only constants as indices of private and function variables and of vectors: on an H100, one
+//! dynamic index in the store at the end of a walk nearly doubled the walk's time, and neither registers nor
+//! stack show it.
 use gobo::gpu::FEW_TURNS;
 use gobo_picture::stage::variants;
 use naga::{
@@ -11,7 +12,7 @@ use naga::{
 };
 use std::collections::BTreeSet;
 
-/// Hits that wait for late ones: in registers they would be 96 of these.
+/// Buffer of hits that wait for late ones: it would take 96 registers.
 const ALLOWED: [&str; 1] = ["ring"];
 
 /// Variable at the root of a pointer, or "a value".
@@ -66,7 +67,7 @@ fn walks_index_by_constants() {
     let mut walks = 0;
     for (desc, tier) in variants() {
         let is_walk = ["accumulate", "occlude"].iter().any(|stage| desc.name.starts_with(stage));
-        // Those for llvmpipe alone have their loops written out, however long.
+        // Kernels for llvmpipe alone have their loops unrolled, however long.
         if !is_walk || desc.name.contains("queue") {
             continue;
         }

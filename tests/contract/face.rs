@@ -42,7 +42,7 @@ fn of<'a>(particles: &'a [Particle], materials: &'a [Material]) -> Casters<'a> {
 #[test]
 fn a_host_that_grows_has_no_overflow_and_the_same_map() {
     let (gpu, mut shadows) = open(TIERS[1]);
-    // Each covers every tile of a face: more pairs than the initial capacity of any frame.
+    // Each covers all tiles of a face: more pairs than the initial capacity of any frame.
     let particles: Vec<_> = (0..70_000_u32)
         .map(|i| {
             let alpha = if i % 8 == 0 { 2.5e-4 } else { 0.0 };
@@ -72,7 +72,7 @@ fn a_host_that_grows_has_no_overflow_and_the_same_map() {
     assert!(!shadows.grow_from(&counters));
     let green = |texel: &[u16; 4]| half::f16::from_bits(texel[1]).to_f32();
     let pairs = || crowded.iter().map(green).zip(roomy.iter().map(green));
-    // A scattered hit of 8 units of fixed point is rounded by half of one.
+    // A scattered hit of 8 units of fixed point is off by at most half a unit.
     assert!(pairs().all(|(a, b)| (a - b).abs() <= 0.04));
     assert!(pairs().any(|(a, _)| a < 0.7), "there is a shadow");
 }
@@ -141,8 +141,8 @@ fn what_cannot_be_used_is_named() {
     shadows.prepare(&of(&[good], &materials), &views(), &settings).unwrap();
 }
 
-/// A host that requests the features and leaves the limits at their defaults, which the native kernels
-/// exceed.
+/// A host that requests the features and leaves the limits at their defaults, which are too low for the
+/// native kernels.
 #[test]
 fn a_device_of_usual_limits_is_enough() {
     let adapters = gobo::gpu::adapters(&Selection::default());
@@ -202,7 +202,7 @@ fn a_camera_is_what_its_matrix_says() {
         assert!((read.fov_y - camera.fov_y).abs() < 1e-4 && read.size == camera.size, "{read:?}");
         assert!(read.up.distance(camera.up.reject_from(expected).normalize()) < 1e-4, "{read:?}");
     }
-    // An off-axis frustum, by half of its picture, is enclosed.
+    // An off-axis frustum is enclosed, here one shifted by half its picture.
     let aside = Mat4 { z_axis: finite.z_axis - 0.5 * Vec4::X, ..finite };
     let read = Camera::from_clip((aside * view).to_cols_array_2d(), [640, 400]).unwrap();
     let wide = 2.0 * (1.5 * (0.5 * camera.fov_y).tan()).atan();

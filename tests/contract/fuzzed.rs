@@ -1,4 +1,5 @@
-//! `make fuzz` gives odd values to the keys of every table of scene files: each is in a scene that it begins with.
+//! `make fuzz` gives odd values to the keys of all tables: each table is in one of the scenes that it begins
+//! with.
 use gobo_scene as scene;
 use std::{
     collections::BTreeSet,
@@ -6,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Files of a folder of the project whose names end so, also in folders below it.
+/// Files in a folder of the project, and in folders below it, whose names have this ending.
 fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
     let mut pending = vec![Path::new(crate::common::ROOT).join(folder)];
     let mut found = Vec::new();
@@ -56,6 +57,6 @@ fn every_table_is_in_a_seed() {
     let all: BTreeSet<_> = others.union(&read("examples/fuzz")).cloned().collect();
     let missing = |read: &BTreeSet<String>| tables.difference(read).cloned().collect::<Vec<_>>();
     assert_eq!(missing(&all), [""; 0]);
-    // The check finds what only the fuzzer's own scene has.
+    // The check finds a table that only the fuzzer's own scene has.
     assert!(missing(&others).contains(&"trail".to_owned()));
 }

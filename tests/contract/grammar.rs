@@ -1,5 +1,5 @@
-//! WGSL that only naga accepts is not WGSL: the language requires parentheses between operators of some
-//! kinds (<https://www.w3.org/TR/WGSL/#operator-precedence-associativity>), naga does not.
+//! Naga accepts WGSL that is invalid: the language requires parentheses between operators of some kinds
+//! (<https://www.w3.org/TR/WGSL/#operator-precedence-associativity>), naga does not.
 use crate::common::wgsl_files;
 
 /// Names that a template list follows.

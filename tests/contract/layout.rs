@@ -218,7 +218,7 @@ fn a_resource_has_one_number_and_one_place() {
     assert_eq!(taken.len(), numbers.len(), "two resources have one number: {numbers:?}");
 }
 
-/// WebGPU's limits per shader stage, but for the native tier's storage textures.
+/// WebGPU's limits per shader stage, except for the native tier's storage textures.
 #[test]
 fn bindings_are_few_enough() {
     for (desc, tier) in variants() {
@@ -238,7 +238,7 @@ fn bindings_are_few_enough() {
     }
 }
 
-/// The checks can fail: each edit is one they must notice.
+/// The checks can fail: they must notice each of these edits.
 #[test]
 fn disagreements_are_noticed() {
     let linked = SERIAL_SCATTER.link(Tier::Core).unwrap();
@@ -268,7 +268,7 @@ fn disagreements_are_noticed() {
             ("ROW)).x", "ROW), 0).x"),
         ],
         &[("rg32uint, write>", "rg32uint, read_write>")],
-        // Bound, and not used.
+        // Bound, but not used.
         &[("min(counts[sort_pass.count_index], sort_pass.capacity)", "sort_pass.capacity")],
     ];
     for edits in binding_edits {

@@ -1,5 +1,5 @@
-//! Constants that Rust and WGSL share are equal, and every constant of the WGSL is known: it has a mirror,
-//! or belongs to the kernels alone.
+//! Constants shared by Rust and WGSL are equal, and every WGSL constant is known: it has a mirror, or belongs
+//! to the kernels alone.
 use gobo::{
     model::{
         BRICK_SIZE, BRICK_VALUES, LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape,
@@ -10,22 +10,23 @@ use gobo::{
         AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_MASK, AREA_SHIFT, AREA_SPHERE, AREA_SUN, AREA_TEXELS,
         BACK_BIT, BLOCK_TEXELS, BLUE_SIZE, BRICK_SEGMENT, BRICK_TEXELS, CAPSULE_MARK, CARRY_BITS,
         CASTER_BIAS, CASTER_TEXELS, CAUSTIC_ONE, CLEAR_WEIGHT, COLORED_BIT, CURVE_SEGMENT,
-        DEPTH_TAG_BITS, END_BIT, FAR_SIDE_SHIFT, FILTER_BOX, FILTER_DISC, FILTER_SPLINE, FIXED_ONE,
-        FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT,
-        GAUSSIAN_MARK, GAUSSIAN_TEXELS, GLASS_VECTORS, INNER_BIT, INVISIBLE, JOINED_BIT,
-        LARGEST_BIAS, LATTICE_EDGE, LEAST_BIAS, LEAST_COSINE, LEVELED_TEXELS, LIGHT_DIRECTIONAL,
-        LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_AREAS, MAX_COORDINATE, MAX_IMAGE_TAPS,
-        MAX_MATERIALS, MAX_TAU, MAX_VIEWS, MEDIUM_BIT, MIN_RADIUS, NEUTRAL_BIT, NO_OWNER,
-        NO_TEXTURE, NORMALS_NONE, NORMALS_UNORM, OPACITY_SCALE, ORDERED_SEGMENT, OUTLINE_ROUNDING,
-        OUTLINE_TEXEL, RADIUS_STEPS, REACH_TEXELS, ROLE_FACE, ROLE_WHOLE, ROLE_WINDOW, ROW,
-        SATURATED, SETUP_TEXELS, SHAFTS_BIT, SHOWS_COLOR, SHOWS_SURROUNDINGS, SKIRT, SLOT_SIZE,
-        SLOTS, SPLINE_REACH, STEPS_AT_ONCE, TEXELS_BIT, THROWN_BIT, TRIANGLE_BIT, TRIANGLE_TEXELS,
-        TileRect, UNIT, UNIT_ROUNDING, VIEW_TEXELS, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT,
+        DEPTH_TAG_BITS, DETAILS_SHIFT, END_BIT, FAR_SIDE_SHIFT, FILTER_BOX, FILTER_DISC,
+        FILTER_SPLINE, FIXED_ONE, FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM,
+        FORMAT_RGBA16FLOAT, GAUSSIAN_MARK, GAUSSIAN_TEXELS, GLASS_VECTORS, INNER_BIT, INVISIBLE,
+        JOINED_BIT, LARGEST_BIAS, LATTICE_EDGE, LEAST_BIAS, LEAST_COSINE, LEVELED_TEXELS,
+        LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LIGHT_TEXELS, MAX_AREAS, MAX_COORDINATE,
+        MAX_IMAGE_TAPS, MAX_MATERIALS, MAX_TAU, MAX_VIEWS, MEDIUM_BIT, MIN_RADIUS, NEUTRAL_BIT,
+        NO_OWNER, NO_TEXTURE, NORMALS_NONE, NORMALS_UNORM, OPACITY_SCALE, ORDERED_SEGMENT,
+        OUTLINE_ROUNDING, OUTLINE_TEXEL, RADIUS_STEPS, REACH_TEXELS, ROLE_FACE, ROLE_WHOLE,
+        ROLE_WINDOW, ROW, SATURATED, SETUP_TEXELS, SHAFTS_BIT, SHOWS_COLOR, SHOWS_SURROUNDINGS,
+        SKIRT, SLOT_SIZE, SLOTS, SPLINE_REACH, STEPS_AT_ONCE, TEXELS_BIT, THROWN_BIT, TRIANGLE_BIT,
+        TRIANGLE_TEXELS, TileRect, UNIT, UNIT_ROUNDING, VIEW_TEXELS, VIEWPOINTS_MASK,
+        VIEWPOINTS_SHIFT,
     },
     shadows::cull::frustum,
     stage::{
         accumulate::LARGEST_STEP,
-        bin::{Dispatch, RUN_PAIRS, SEGMENT_LENGTH, TILE_LANES},
+        bin::{DispatchEntry, RUN_PAIRS, SEGMENT_LENGTH, TILE_LANES},
         light_points,
         load::CULL_BLOCK,
         project::{self, CHUNK_SIZE},
@@ -53,7 +54,7 @@ mod kernels_alone;
 use kernels_alone::KERNELS_ALONE;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Value in Rust, by name in WGSL.
+/// Value in Rust by the name in WGSL.
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
@@ -134,19 +135,19 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("MAX_VIEWS", MAX_VIEWS as u32),
         ("MEDIUM_BIT", MEDIUM_BIT),
         ("NEUTRAL_BIT", NEUTRAL_BIT),
-        ("MERGED_DISPATCH", Dispatch::Merged as u32),
+        ("MERGED_DISPATCH", DispatchEntry::Merged as u32),
         ("NO_LIST", light_points::NO_LIST),
         ("NO_OWNER", u32::from(NO_OWNER)),
         ("NO_TEXTURE", NO_TEXTURE),
-        ("OVERFLOW_DISPATCH", Dispatch::Overflow as u32),
+        ("OVERFLOW_DISPATCH", DispatchEntry::Overflow as u32),
         ("MAX_X", project::grid(u32::MAX)[0]),
         ("PAIR_ROW", PAIR_ROW),
         ("TILE_LANES", TILE_LANES),
         ("WAITING", WAITING as u32),
         ("PANE_LIST", light_points::PANE_LIST),
-        ("PART_COUNT_DISPATCH", Dispatch::PartCount as u32),
-        ("PARTED_DISPATCH", Dispatch::Parted as u32),
-        ("PART_DISPATCH", Dispatch::Part as u32),
+        ("PART_COUNT_DISPATCH", DispatchEntry::PartCount as u32),
+        ("PARTED_DISPATCH", DispatchEntry::Parted as u32),
+        ("PART_DISPATCH", DispatchEntry::Part as u32),
         ("ROLE_FACE", ROLE_FACE),
         ("ROLE_WHOLE", ROLE_WHOLE),
         ("ROLE_WINDOW", ROLE_WINDOW),
@@ -176,7 +177,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("ROUND_LENGTH", light_points::ROUND_LENGTH),
         ("ROW", ROW),
         ("RUN_PAIRS", RUN_PAIRS),
-        ("SEGMENT_DISPATCH", Dispatch::Segment as u32),
+        ("SEGMENT_DISPATCH", DispatchEntry::Segment as u32),
         ("SEGMENT_LENGTH", SEGMENT_LENGTH),
         ("SATURATED", SATURATED),
         ("SETUP_TEXELS", SETUP_TEXELS),
@@ -185,6 +186,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("AREA_MASK", AREA_MASK),
         ("VIEWPOINTS_SHIFT", VIEWPOINTS_SHIFT),
         ("FAR_SIDE_SHIFT", FAR_SIDE_SHIFT),
+        ("DETAILS_SHIFT", DETAILS_SHIFT),
         ("CARRY_BITS", CARRY_BITS),
         ("GLASS_VECTORS", GLASS_VECTORS),
         ("THROWN_BIT", THROWN_BIT),
@@ -367,7 +369,7 @@ fn numbers_of_both_sides_are_the_same() {
     let items = gobo_picture::stage::library().unwrap().items();
     for item in items.filter(|item| item.keyword == "const") {
         let place = format!("wgsl/{}:{} {}", item.file, item.line, item.name);
-        // Blocks of the sort are as long as the product of two of the kernels' own.
+        // Blocks of the sort are as long as the product of two kernel constants.
         if item.name == "BLOCK" {
             assert_eq!(WIDE_BLOCK, 256 * 16);
         } else if item.name == "DIGITS" {
@@ -376,7 +378,7 @@ fn numbers_of_both_sides_are_the_same() {
         } else if let Some(&mirror) = mirrors.get(item.name) {
             assert_eq!(value(item.text), Some(mirror), "{place}");
         } else {
-            // Slots of what look-ups lay aside.
+            // Slots of look-ups' saved values.
             let is_own = KERNELS_ALONE.contains(&item.name) || item.name.starts_with("ASIDE_");
             assert!(is_own, "{place}: what is it in Rust?");
         }

@@ -15,3 +15,4 @@ mod sources;
 mod specialised;
 mod support;
 mod uniform_branches;
+mod words;

@@ -105,10 +105,10 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// The guard first, so that it is dropped last.
+/// The guard comes first, so that it is dropped last.
 fn open(tier: Tier) -> (MutexGuard<'static, ()>, Gpu, Shadows) {
     let (gpu, guard) = counted_gpu(tier);
-    // What earlier tests submitted holds on to what they dropped.
+    // Submissions of earlier tests keep dropped resources alive.
     submit_all(&gpu);
     let mut config = Config::new(gpu.tier, &gpu.adapter);
     config.toggles.scatter_tiny = true; // as on a GPU
@@ -184,7 +184,7 @@ fn frames_after_the_first_leave_the_device_as_it_is() {
     assert_eq!(made(device, || (0..10).for_each(|_| frame())), []);
 }
 
-/// Pictures through other places of the pixels, and of the next frames, find it there.
+/// Pictures at other sample positions, and of the next frames, reuse it.
 #[test]
 fn an_environment_that_stays_is_not_uploaded_again() {
     let (_alone, gpu, mut shadows) = open(Tier::Native);
@@ -231,7 +231,7 @@ fn casters_that_stay_are_not_uploaded_again() {
         staged
     };
     assert_eq!(update(&scene), []);
-    // One buffer for each part that changed, and nothing afterwards.
+    // One buffer for each changed part, and nothing afterwards.
     let buffers = |staged: &[(&str, isize)]| {
         staged.iter().find(|(name, _)| *name == "buffers").map_or(0, |&(_, count)| count)
     };
@@ -251,7 +251,7 @@ fn what_is_made_is_noticed() {
     let config = Config::new(gpu.tier, &gpu.adapter);
     let mut shadows = Shadows::with(&gpu.device, &gpu.queue, config).unwrap();
     let Gpu { device, queue, .. } = &gpu;
-    // Few kernels: none was made before.
+    // Few kernels, none of them made before.
     let mut scene = empty(vec![material(Transfer::Filter)]);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     scene.particles = random_discs(20, 1);

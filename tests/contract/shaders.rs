@@ -1,5 +1,5 @@
-//! Every kernel is valid on its tier and uses known overrides only; every declaration is used by some
-//! kernel, and every file imports its foreign names.
+//! Every kernel is valid on its tier and uses only known overrides; every declaration is used by some kernel,
+//! and every file imports its foreign names.
 use crate::common::{gpu, own_gpu, parse, wgsl_files};
 use gobo::{
     gpu::{
@@ -58,7 +58,7 @@ fn kernels_are_valid_on_their_tier() {
     }
 }
 
-/// Software adapters read sampled textures as storage textures, as far as the tier has those.
+/// Software adapters read sampled textures as storage textures, as far as the tier has them.
 #[test]
 fn kernels_of_software_adapters_are_valid() {
     let stored = |bindings: &[Binding]| {
@@ -85,7 +85,7 @@ fn kernels_of_software_adapters_are_valid() {
     assert!(more.contains("shade_seen") && more.contains("light_points"), "{more:?}");
 }
 
-/// The check can fail: some kernel of each tier is refused on the one below.
+/// The check can fail: some kernel of each tier is refused on the tier below.
 #[test]
 fn kernels_of_a_tier_are_not_of_the_one_below() {
     for two in Tier::ALL.windows(2) {
@@ -96,7 +96,7 @@ fn kernels_of_a_tier_are_not_of_the_one_below() {
     }
 }
 
-/// A kernel has a variant for each tier on which it differs from the one below, and no other.
+/// A kernel has a variant for each tier on which it differs from the tier below, and no other.
 #[test]
 fn variants_differ_from_those_below() {
     let wgsl = |desc: &KernelDesc, tier: Tier| desc.link(tier).unwrap().wgsl;
@@ -213,7 +213,7 @@ fn files_are_short() {
     }
 }
 
-/// llvmpipe executes a loop's body once more than it has turns where the test comes first: a point under one
+/// If a loop's test comes first, llvmpipe executes its body once more than it has turns: a point under one
 /// light would take twice as long.
 #[test]
 fn loops_of_look_ups_end_with_their_test() {
@@ -230,7 +230,7 @@ fn loops_of_look_ups_end_with_their_test() {
     assert!(loops >= 4, "{loops}");
 }
 
-/// As [`loops_of_look_ups_end_with_their_test`]: a look-up of an area light would take a third longer.
+/// Like [`loops_of_look_ups_end_with_their_test`]: a look-up of an area light would take a third longer.
 #[test]
 fn loops_of_area_look_ups_end_with_their_test() {
     let library = gobo_picture::stage::library().unwrap();
@@ -239,7 +239,7 @@ fn loops_of_area_look_ups_end_with_their_test() {
         library.link("shade/light_through.wgsl", "light_at", &choices).unwrap().items
     };
     let (mut files, mut loops, mut early) = (HashSet::new(), 0, Vec::new());
-    // What look-ups of points have too is as short as theirs.
+    // Parts shared with look-ups of points are as short as theirs.
     let shared: HashSet<_> = of(OF_POINT).iter().map(|item| (item.file, item.name)).collect();
     for item in of(OF_AREA) {
         if shared.contains(&(item.file, item.name)) {

@@ -1,4 +1,4 @@
-//! `tests/slow.txt`: what `make test` leaves to `make test-slow`.
+//! `tests/slow.txt`: tests that `make test` leaves to `make test-slow`.
 use std::{env, fs, path::Path, process::Command};
 
 #[test]

@@ -1,5 +1,5 @@
-//! The files of all crates as modules, and which of them name what is declared in others. A module of the library is
-//! known by its path there, one of another crate by that behind the crate's name.
+//! The files of all crates as modules, and their imports. A module of the library has its path there, a
+//! module of another crate the path after the crate's name.
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
@@ -7,34 +7,34 @@ use std::{
 };
 use syn::visit::{self, Visit};
 
-/// A path of modules from the crate's root, or of a name in one.
+/// Path of a module from the crate's root, or of a name in one.
 pub(super) type Module = Vec<String>;
 
-/// Crates beside the library: how paths begin, and the folder.
-const CRATES: &[(&str, &str)] = &[
+/// Crates beside the library: first segment of their paths, and folder.
+pub(super) const CRATES: &[(&str, &str)] = &[
     ("gobo_cli", "gobo-cli"),
     ("gobo_picture", "gobo-picture"),
     ("gobo_reference", "gobo-reference"),
     ("gobo_scene", "gobo-scene"),
 ];
 
-/// What a file names of others.
+/// Imports and exports of a file.
 #[derive(Debug, Default)]
 pub(super) struct Source {
     /// The file's module.
     module: Module,
-    /// The crate that it is of: its name, or nothing for the library.
+    /// The file's crate: its name, or empty for the library.
     root: Module,
-    /// Paths from the root of what it uses.
+    /// Imported paths, from the root.
     pub(super) used: Vec<Module>,
-    /// What others may name through it, as it imports it: a name, and the path from the root.
+    /// Names that others may import through it, each with its path from the root.
     pub(super) passed: Vec<(String, Module)>,
     /// Modules of another folder, by `#[path]`.
     pub(super) elsewhere: Vec<String>,
 }
 
 impl Source {
-    /// Unit tests apart.
+    /// Reads a file, without its unit tests.
     pub(super) fn of(module: &[String], text: &str) -> Self {
         let is_crate = |name: &&String| CRATES.iter().any(|(own, _)| own == name);
         let root = module.first().filter(is_crate).into_iter().cloned().collect();
@@ -43,7 +43,7 @@ impl Source {
         source
     }
 
-    /// Of a path's segments as they are written; `None`: of another crate, or of what a `use` named.
+    /// Absolute path of written segments; `None` in another crate, or for a name that a `use` introduced.
     fn absolute(&self, path: &[String]) -> Option<Module> {
         let mut from = match path[0].as_str() {
             "crate" => self.root.clone(),
@@ -65,7 +65,7 @@ impl Source {
 
     fn visit_tree(&mut self, passes_on: bool, before: &[String], tree: &syn::UseTree) {
         let with = |ident: &syn::Ident| [before, &[ident.to_string()]].concat();
-        // The name that others know it by; none for all of a module.
+        // The name that others know it by; `None` for all names of a module.
         let (name, path) = match tree {
             syn::UseTree::Path(path) => {
                 return self.visit_tree(passes_on, &with(&path.ident), &path.tree);
@@ -78,7 +78,7 @@ impl Source {
             syn::UseTree::Rename(rename) => (Some(&rename.rename), with(&rename.ident)),
             syn::UseTree::Glob(_) => (None, before.to_vec()),
         };
-        // `use child::Name` is of a module's own child.
+        // `use child::Name` names a module's own child.
         let path = self.absolute(&path).unwrap_or_else(|| [&self.module[..], &path].concat());
         self.passed.extend(name.map(|name| (name.to_string(), path.clone())));
         if !passes_on || name.is_none() {

@@ -1,4 +1,4 @@
-//! Kernels with values for their overrides are valid, and hold nothing that these values leave unreached.
+//! Kernels with values for their overrides are valid, and contain no code that these values make unreachable.
 use crate::common::scenes::Chance;
 use gobo::gpu::{Constant, ENABLED, KernelDesc, Tier, for_browsers};
 use gobo_picture::stage::variants;
@@ -11,7 +11,7 @@ use naga::{
 };
 use std::collections::BTreeSet;
 
-/// Values for the overrides: the description's, or also random ones.
+/// Values for the overrides: the description's, or random ones too.
 fn values(desc: &KernelDesc, tier: Tier, chance: Option<&mut Chance>) -> Vec<Constant> {
     let linked = desc.link(tier).unwrap();
     let mut values = desc.constants.to_vec();
@@ -45,7 +45,7 @@ fn expressions(module: &Module) -> usize {
     functions.chain(entries).map(|function| function.expressions.len()).sum()
 }
 
-/// Whether branches are those of `&&` or `||`, which store its value in a nameless variable.
+/// Whether branches belong to `&&` or `||`, which store their value in a nameless variable.
 fn is_operand(accept: &Block, reject: &Block, function: &Function) -> bool {
     [accept, reject].into_iter().all(|block| match block.last() {
         Some(Statement::Store { pointer, .. }) => match function.expressions[*pointer] {
@@ -56,7 +56,7 @@ fn is_operand(accept: &Block, reject: &Block, function: &Function) -> bool {
     })
 }
 
-/// Whether a condition is a constant, or the value of one: `HAS_X` is the former, `!HAS_X` the latter.
+/// Whether a condition is a constant (`HAS_X`), or the value of one (`!HAS_X`).
 fn is_known(condition: &Expression) -> bool {
     matches!(condition, Expression::Constant(_) | Expression::Literal(Literal::Bool(_)))
 }
@@ -101,7 +101,7 @@ fn known_conditions_are_noticed() {
     }
 }
 
-/// Names of what a module binds.
+/// Names of a module's bindings.
 fn bound(module: &Module) -> BTreeSet<&str> {
     let variables = module.global_variables.iter().filter(|(_, it)| it.binding.is_some());
     variables.map(|(_, it)| it.name.as_deref().unwrap()).collect()
@@ -120,7 +120,7 @@ fn no_branch_is_left_that_is_never_taken() {
             assert_eq!(branches(pruned), [""; 0], "{}", fails());
             assert!(pruned.overrides.is_empty(), "{}", fails());
             validate(pruned).unwrap_or_else(|error| panic!("{error}\n{}", fails()));
-            // Whatever is asked for can be bound.
+            // All requested resources can be bound.
             let names: BTreeSet<_> = kernel.bindings.iter().map(|it| it.name).collect();
             assert_eq!(bound(pruned), names, "{}", desc.name);
             let whole = parse_str(&kernel.wgsl).unwrap();
@@ -128,17 +128,17 @@ fn no_branch_is_left_that_is_never_taken() {
             dropped += branches(&whole).len();
         }
     }
-    // The check can fail: many functions have such branches before.
+    // The check can fail: many functions have such branches before specialisation.
     assert!(dropped > 500 && shorter > 50, "{dropped} functions, {shorter} kernels");
 }
 
-/// Numbers of what a module binds.
+/// Numbers of a module's bindings.
 fn numbers(module: &Module) -> BTreeSet<u32> {
     module.global_variables.iter().filter_map(|(_, it)| Some(it.binding?.binding)).collect()
 }
 
-/// Browsers take the pruned module as WGSL: it binds the same, enters at the same name, and says that it has subgroups
-/// where it has.
+/// Browsers accept the pruned module as WGSL: with the same bindings and entry point, and `enable subgroups`
+/// where it needs them.
 #[test]
 fn what_browsers_compile_is_the_pruned_module() {
     let mut with_subgroups = 0;
@@ -154,7 +154,7 @@ fn what_browsers_compile_is_the_pruned_module() {
         );
         with_subgroups += usize::from(bare.is_some());
         let read = parse_str(bare.unwrap_or(&text)).unwrap();
-        // Names of variables may be others.
+        // Names of variables may differ.
         assert_eq!(numbers(&read), numbers(pruned), "{}", desc.name);
         assert!(read.entry_points.iter().any(|entry| entry.name == desc.entry), "{}", desc.name);
         validate(&read).unwrap_or_else(|error| panic!("{error}\n{text}"));

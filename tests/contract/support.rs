@@ -49,7 +49,7 @@ fn a_device_opened_as_the_settings_say_runs() {
         support.check(tier).unwrap();
         let mut shadows = Shadows::new(&device, &queue, &info).unwrap();
         shadows.configure(|config| assert_eq!(config.tier, tier));
-        // Optional features are listed, and are no reason to refuse.
+        // Optional features are listed, but are no reason to refuse.
         let comfort = support.missing.iter().filter(|missing| missing.needed_for > Need::Native);
         assert!(comfort.count() > 0, "{:?}", support.missing);
     }
@@ -209,7 +209,7 @@ fn kernels_of_another_device_are_refused_or_made_again() {
         wrong => panic!("{wrong:?}"),
     }
     let config = Config::new(Tier::Core, &own.adapter);
-    // The cache knows whose each kernel is.
+    // The cache knows each kernel's device.
     let cache = own.kernels.clone();
     cache.kernel(&own.device, &bin::SCAN, Tier::Core, &[], &[]).unwrap();
     let mut shadows = Shadows::sharing(&other.device, &other.queue, config, cache).unwrap();

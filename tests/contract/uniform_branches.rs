@@ -1,5 +1,5 @@
-//! No branch or loop of a kernel depends on uniform buffers and constants alone: lavapipe compiles
-//! such kernels anew for every uniform buffer that is bound, and keeps all of them.
+//! No branch or loop of a kernel depends on uniform buffers and constants alone: lavapipe recompiles such
+//! kernels for every uniform buffer that is bound, and keeps all versions.
 use gobo::stage::llvmpipe::COLUMNS;
 use gobo_picture::stage::variants;
 use naga::{
@@ -7,11 +7,11 @@ use naga::{
 };
 use std::collections::HashMap;
 
-/// Origin of a value: which inputs it depends on.
+/// Inputs that a value depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Origin {
     Constant,
-    /// Depends on constants and on fixed places of uniform buffers only.
+    /// Depends only on constants and on fixed offsets in uniform buffers.
     Uniform,
     Varying,
 }
@@ -39,7 +39,7 @@ struct Frame<'a> {
     branches: Vec<Span>,
 }
 
-/// Passes over a function: a loop may assign at its end a variable that its beginning reads.
+/// Passes over a function: a loop may assign at its end a variable that is read at its beginning.
 const PASSES: usize = 3;
 
 fn branches(module: &Module) -> Vec<Span> {
@@ -181,7 +181,7 @@ impl<'a> Walk<'a> {
             E::Compose { components, .. } => {
                 components.iter().map(|&component| of(component)).max().unwrap_or(Constant)
             }
-            // Only fixed places of a uniform buffer can be read ahead.
+            // Only fixed offsets in a uniform buffer can be read ahead.
             E::Access { base, index } => match of(*index) {
                 Constant => of(*base),
                 _ => Varying,

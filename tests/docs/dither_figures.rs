@@ -17,7 +17,7 @@ fn page() -> String {
     std::fs::read_to_string(page).unwrap()
 }
 
-/// Numbers of a table's row, without other cells.
+/// Numbers in a table's row, without other cells.
 fn row(table: &str, name: &str) -> Vec<f32> {
     let page = page();
     let start = page.find(&format!("<!-- table {table} -->")).expect("the table is marked");
@@ -78,7 +78,7 @@ fn stated_flicker_is_measured() {
             let rounded = if measured > 1.0 { 0.2 } else { digits.max(0.1 * measured) };
             assert!((stated - measured).abs() <= rounded, "{name}: {stated} is {measured}");
         }
-        // Half a unit of the digits stated: rays of the moved view are rounded otherwise.
+        // Half a unit of the stated digits: rays of the moved view are rounded differently.
         assert!(flicker.snapping < 5e-6 && stated[3] == 0.0, "{name}: {flicker:?}");
         if pattern.is_some() {
             assert!(flicker.changed <= 0.05, "{name}: {flicker:?}");
@@ -86,7 +86,7 @@ fn stated_flicker_is_measured() {
     }
 }
 
-/// Work of a frame per caster: pairs that are walked, and segments of tiles.
+/// Work of a frame per caster: walked pairs, and segments of tiles.
 #[test]
 #[ignore = "a hundred thousand casters: make test-all"]
 fn work_per_caster_is_flat() {
@@ -102,8 +102,7 @@ fn work_per_caster_is_flat() {
     assert_eq!(per_caster(1_000, Transfer::Opaque), work[2]);
 }
 
-/// Scene of `measure::duplicates` under one light, whose map they fill: pairs are counted, not walked for
-/// long.
+/// Scene of `measure::duplicates` under one light, whose map they fill: pairs are counted, and hardly walked.
 fn duplicates(count: u32, transfer: Transfer) -> Scene {
     let mut scene = empty(vec![Material { transfer, ..measure::duplicated() }]);
     scene.particles = measure::duplicates(count);

@@ -10,7 +10,7 @@ const SPLATS_WGSL: &str = "";
 const FORWARD_WGSL: &str = "";
 const SKY_WGSL: &str = "";
 
-/// What a host has, by the names that the document gives it.
+/// A host's variables, by their names in the document.
 struct Host<'a> {
     adapter_info: wgpu::AdapterInfo,
     device: wgpu::Device,
@@ -58,7 +58,7 @@ fn open() -> Result<(wgpu::Device, wgpu::Queue), gobo::Error> {
 
 fn draw(_: &mut wgpu::CommandEncoder, _: &wgpu::SurfaceTexture) {}
 
-/// What the document uses of the crate.
+/// The document's use of the crate.
 mod wgpu_profiler {
     use gobo::wgpu::{CommandEncoder, ComputePassTimestampWrites};
 
@@ -85,7 +85,7 @@ mod wgpu_profiler {
     }
 }
 
-/// Each function has a block of the document, as it stands there.
+/// Each function contains a block of the document, unchanged.
 #[rustfmt::skip]
 #[allow(
     dead_code,
@@ -298,12 +298,12 @@ mod blocks {
     }
 }
 
-/// Lines without what indents them.
+/// Lines without their indentation.
 fn lines(text: &str) -> Vec<&str> {
     text.lines().map(str::trim).collect()
 }
 
-/// Rust of the document that is not in this file.
+/// Rust in the document that is missing in this file.
 fn missing(document: &str) -> Vec<String> {
     let compiled = lines(include_str!("embedding.rs"));
     let blocks = document.split("```rust\n").skip(1).filter_map(|rest| rest.split("```").next());

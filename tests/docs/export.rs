@@ -1,6 +1,6 @@
 //! docs/export.md names every key of a recording.
 
-/// Keys that the program writes, and the document does not name.
+/// Keys that the program writes but the document does not name.
 fn missing<'a>(source: &'a str, document: &str) -> Vec<&'a str> {
     let pieces: Vec<_> = source.split('"').collect();
     let strings = pieces.windows(2).skip(1).step_by(2);

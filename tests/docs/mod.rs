@@ -2,6 +2,7 @@
 mod dither_figures;
 mod embedding;
 mod export;
+mod interfaces;
 mod links;
 mod paths;
 mod pictures;

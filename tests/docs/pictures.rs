@@ -1,4 +1,5 @@
-//! Pictures of the documents: docs/pictures.toml names the command of each, the page prints it, and it makes the picture.
+//! Pictures in the documents: docs/pictures.toml names the command of each, the page prints it, and it makes
+//! the picture.
 use crate::common::{TIERS, gpu};
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene as scene;
@@ -10,8 +11,8 @@ use std::{
 };
 use toml::{Table, Value};
 
-/// Steps of 255 by which a channel may be off, as another driver rounds differently, and the share of pixels that may be
-/// further off: edges fall to one side or the other.
+/// Tolerance of a channel [of 255], as other drivers round differently, and the share of pixels that may
+/// differ by more: edges fall to one side or the other.
 const APART: u8 = 8;
 const MOST: f64 = 0.005;
 const ENDINGS: [&str; 4] = ["png", "webp", "svg", "jpg"];
@@ -20,12 +21,12 @@ fn root() -> &'static Path {
     Path::new(crate::common::ROOT)
 }
 
-/// A picture's files and what makes them, with the words of its row.
+/// A picture's files and their commands, with the words of its row.
 struct Made {
     files: Vec<String>,
     page: String,
     commands: Vec<String>,
-    /// As the table has them, before its words are put in.
+    /// Commands in the table, before the words are filled in.
     printed: Vec<String>,
     is_cheap: bool,
 }
@@ -35,7 +36,7 @@ fn texts(value: Option<&Value>) -> Vec<String> {
     values.map(|value| value.as_str().unwrap().to_owned()).collect()
 }
 
-/// `text` with the values of a row instead of its words.
+/// `text` with the values of a row in place of its words.
 fn filled(text: &str, row: &Table) -> String {
     row.iter().fold(text.to_owned(), |text, (word, value)| match value {
         Value::String(value) => text.replace(word, value),
@@ -66,12 +67,12 @@ fn table() -> (Vec<Made>, Vec<String>) {
     (all, drawn.map(|it| it["file"].as_str().unwrap().to_owned()).collect())
 }
 
-/// Words of a command, without line ends and what `tools/pictures.py` alone needs.
+/// Words of a command, without line ends and without the options for `tools/pictures.py` alone.
 fn plain(command: &str) -> String {
     command.replace("\\\n", " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Files with one of the endings in a folder and those below it.
+/// Files with one of the endings, in a folder and those below it.
 fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
     let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     paths
@@ -86,7 +87,7 @@ fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Pictures that a document shows, from the root.
+/// Pictures in a document, as paths from the root.
 fn shown(page: &str, text: &str) -> Vec<String> {
     let folder = Path::new(page).parent().unwrap();
     let links =
@@ -108,7 +109,7 @@ fn shown(page: &str, text: &str) -> Vec<String> {
         .collect()
 }
 
-/// What a command of `gobo render` reads and replaces; nothing if it does more.
+/// Scene and overrides of a `gobo render` command; `None` if it does more.
 fn render_of(command: &str) -> Option<(String, Vec<(String, String)>)> {
     let words: Vec<_> = command.split_whitespace().map(|word| word.trim_matches('\'')).collect();
     let ["gobo", "render", scene, rest @ ..] = &words[..] else { return None };
@@ -121,7 +122,7 @@ fn render_of(command: &str) -> Option<(String, Vec<(String, String)>)> {
     Some(((*scene).to_owned(), pairs.collect::<Option<_>>()?))
 }
 
-/// Share of pixels that are apart; all, if the sizes differ.
+/// Share of pixels that differ; 1 if the sizes differ.
 fn apart(a: &RgbImage, b: &RgbImage) -> f64 {
     if a.dimensions() != b.dimensions() {
         return 1.0;
@@ -177,7 +178,7 @@ fn pages_print_the_commands_of_their_pictures() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Those of scenes that say how large their picture is have its proportions.
+/// The first frame of a scene with a stated picture size has its proportions.
 #[test]
 fn first_frames_have_the_proportions_of_their_scenes() {
     let first = |made: &Made| made.files[0].starts_with("docs/scenes/");
@@ -226,7 +227,7 @@ fn cheap_pictures_are_as_their_commands_make_them() {
         .filter(|&(_, share)| share > MOST)
         .collect();
     assert!(differ.is_empty(), "make pictures; shares of pixels that are off: {differ:?}");
-    // The next one's picture is another.
+    // The next one has a different picture.
     for (i, (path, _)) in rendered.iter().enumerate() {
         let (_, other) = &rendered[(i + 1) % rendered.len()];
         assert!(apart(other, &stored(path)) > MOST, "{path}");

@@ -1,5 +1,7 @@
-//! The README's figures equal those of benches/results: llvmpipe.json, which `make results` writes, and h100.json; and the tables that
-//! `make quality` writes hold what is asked of curves.
+//! The README's figures equal those of benches/results: llvmpipe.json, which `make results` writes, and
+//! h100.json; and the tables that `make quality` writes meet the demands on curves.
+use crate::kernels::{Discs, Row};
+use gobo::gpu::Tier;
 use serde_json::Value;
 
 fn figure(ms: f64) -> String {
@@ -69,7 +71,7 @@ fn the_readme_shows_what_was_measured() {
     }
 }
 
-/// Columns of a row of a table: those of the page's lines between its markers.
+/// Cells of a row of a table; the table is between the page's markers.
 fn row(page: &str, table: &str, method: &str) -> Vec<String> {
     let path = format!("{}/docs/{page}.md", crate::common::ROOT);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
@@ -81,7 +83,8 @@ fn row(page: &str, table: &str, method: &str) -> Vec<String> {
     row.split('|').map(|column| column.trim().to_owned()).collect()
 }
 
-/// Mean errors of curves of 8 nodes are below a limit, and half of what the best of a kind has that takes as many bytes or more.
+/// Mean errors of curves of 8 nodes are below a limit, and at most half of those of the best technique of
+/// each kind that takes as many bytes or more.
 #[test]
 fn tables_hold_what_is_asked_of_curves() {
     for (page, table, rival, most) in [
@@ -91,11 +94,29 @@ fn tables_hold_what_is_asked_of_curves() {
     ] {
         let [ours, theirs] = ["gobo, K = 8", rival].map(|method| row(page, table, method));
         let number = |row: &[String], i: usize| row[i].parse::<f64>().unwrap();
-        // Theirs are of one channel.
+        // Theirs have one channel.
         assert!(number(&ours, 2) <= 3.0 * number(&theirs, 2) || table == "fur", "{table}: bytes");
         for mean in (3..ours.len() - 1).step_by(2) {
             let (ours, theirs) = (number(&ours, mean), number(&theirs, mean));
             assert!(ours <= most && ours <= 0.5 * theirs, "{page}: {table}: {ours} and {theirs}");
         }
+    }
+}
+
+/// Mean errors of the kernels' own maps are those of the page, which are below what 8 nodes may have.
+#[test]
+fn the_page_has_the_errors_of_kernels() {
+    let path = format!("{}/docs/curves.md", crate::common::ROOT);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let gpu = crate::common::gpu(Tier::Native);
+    for (casters, most) in [(100_000, 0.0012), (1_000_000, 0.005)] {
+        let start = Row::start(casters, 8);
+        let line = text.lines().find(|line| line.starts_with(&start));
+        let line = line.unwrap_or_else(|| panic!("no line {start}: run make quality"));
+        let stated: f64 = line.split('|').nth(4).and_then(|it| it.trim().parse().ok()).unwrap();
+        assert!(stated <= most, "{line}: at most {most}");
+        let found = Row::of(&Discs::new(casters).errors(&gpu, 8).unwrap());
+        assert!((found.mean - stated).abs() <= 0.05 * stated, "{line}: {found:?}");
+        assert!(found.high < 20.0 * found.mean, "{found:?}");
     }
 }

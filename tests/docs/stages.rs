@@ -1,4 +1,4 @@
-//! docs/stages.md has a section for each stage, with all of its kernels.
+//! docs/stages.md has a section for each stage, with all its kernels.
 use gobo_picture::stage::kernels;
 use std::{collections::BTreeSet, fs, path::Path};
 
@@ -20,7 +20,7 @@ fn stages() -> BTreeSet<String> {
         let text =
             fs::read_to_string(if path.is_dir() { path.join("kernels.rs") } else { path }).unwrap();
         let has_kernels = text.contains("KernelDesc =");
-        // Neither the list of all kernels nor those of one adapter.
+        // Neither the list of all kernels nor that of one adapter.
         if has_kernels && !["mod", "llvmpipe"].contains(&name.as_str()) {
             stages.insert(name);
         }

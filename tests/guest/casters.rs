@@ -10,7 +10,7 @@ use gobo::{
 
 const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
 
-/// Fixed and indirect counts: none, few, a group and one more, and many.
+/// Fixed and indirect counts: none, few, one more than a group, and many.
 #[test]
 fn maps_equal_those_of_uploads() {
     for tier in tiers(Tier::Core) {
@@ -37,7 +37,7 @@ fn maps_equal_those_of_uploads() {
     }
 }
 
-/// Curves, order-dependent blending, amplification, and opaque discs; each tier makes the kernels of half.
+/// Curves, order-dependent blending, amplification, and opaque discs; each tier tests half of the kernels.
 #[test]
 fn all_that_filters_or_blocks_can_come_from_the_host() {
     let [nearest, curve] = receivers();
@@ -80,7 +80,8 @@ fn bits_are_those_of_uploads(tier: Tier, cases: &[Case<'_>]) {
     }
 }
 
-/// Some uploaded and some in two sets of the host, one of them opaque: the same as all uploaded.
+/// Some casters uploaded and some in two sets of the host, one of them opaque, give the same maps as all
+/// uploaded.
 #[test]
 fn uploads_and_sets_are_one_frame() {
     for tier in tiers(Tier::Core) {
@@ -126,7 +127,7 @@ fn what_cannot_be_used_is_counted_and_changes_nothing() {
         Particle { color: Vec4::new(0.5, f32::NAN, 0.5, 0.5), ..good },
         Particle { color: Vec4::new(0.5, 0.5, 0.5, -0.1), ..good },
         Particle { color: Vec4::new(0.5, 0.5, 0.5, f32::INFINITY), ..good },
-        // Material indices past the set's end, and past the bits that hold them.
+        // Material indices past the set's end, and past the bits that store them.
         Particle { material: 99, ..good },
         Particle { material: 2, ..good },
         Particle { material: u32::MAX, ..good },
@@ -160,7 +161,7 @@ fn what_cannot_be_used_is_counted_and_changes_nothing() {
     }
 }
 
-/// Several frames from one `prepare`: casters move, come and go, and nothing is allocated.
+/// Several frames from one `prepare`: casters move, appear and vanish, and nothing is allocated.
 #[test]
 fn frames_follow_the_buffers_and_make_nothing() {
     for tier in tiers(Tier::Core) {
@@ -209,7 +210,7 @@ fn sets_are_read_by_other_bindings() {
     let [first, second, of_blocking] =
         [first, second, blocking].map(|particles| HostBuffers::new(&gpu, &particles));
     let loader = first.loader(&shadows);
-    // The filtering set is the first of the host's sets, and the last that is loaded.
+    // The filtering set is the host's first set, and the last that is loaded.
     let sets = [
         HostCasters::new(&loader, &first.bindings, CasterCount::Fixed(300), &[0, 1])
             .least_alpha(0.01),
@@ -259,7 +260,8 @@ fn maps_stay_where_nothing_of_the_hosts_changed() {
     assert_eq!(rendered(None), 0);
 }
 
-/// Each view may see all casters of the host; memory for that is a batch's, not the frame's, and so it is for large maps.
+/// Each view may contain all casters of the host; memory for that is per batch, not per frame, also for large
+/// maps.
 #[test]
 fn many_views_of_many_casters_take_little_memory() {
     let gpu = gpu(TIERS[0]);
@@ -270,7 +272,7 @@ fn many_views_of_many_casters_take_little_memory() {
     let casters = Casters { materials: &materials, ..Casters::default() };
     let small = ShadowSettings { size: 128, ..ShadowSettings::default() };
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
-    // Of curves, and of all but the maps and casters [MiB].
+    // Memory of curves, and of everything but maps and casters [MiB].
     let mut memory = |settings: &ShadowSettings, capacity, count: usize| {
         let count_buffer = count_buffer(&gpu, 4);
         let sets =
@@ -298,7 +300,7 @@ fn many_views_of_many_casters_take_little_memory() {
     let large = ShadowSettings { size: 2048, receiver: Receiver::Curve, nodes: 4, ..small };
     let ((curves, one), (all_curves, three)) = (memory(&large, 1000, 1), memory(&large, 1000, 3));
     println!("{curves} and {one} MiB for a map of 2048, {all_curves} and {three} for three");
-    // Eight bytes a node and texel.
+    // Eight bytes per node and texel.
     assert_eq!([curves, all_curves], [4 * 32, 3 * 4 * 32]);
     assert!(three < one + one / 8, "{one} MiB beside a map of 2048, {three} beside three");
 }

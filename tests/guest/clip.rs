@@ -50,7 +50,7 @@ fn matrices_of_rolled_cameras_become_views() {
     }
 }
 
-/// A camera turned by a right angle sees the same map, turned.
+/// A camera rolled by a right angle has the same map, rotated.
 #[test]
 fn maps_of_a_rolled_camera_are_turned() {
     const SIZE: usize = 64;
@@ -83,7 +83,7 @@ fn maps_of_a_rolled_camera_are_turned() {
                 dark += usize::from(before[0] < 0.9);
             }
         }
-        // Texels on the rim of a flat quad are hit or missed by rounding.
+        // Rounding decides whether texels on the rim of a flat quad are hit.
         assert!(dark > SIZE * SIZE / 10 && far < SIZE * SIZE / 100, "{tier}: {dark} {far}");
     }
 }

@@ -66,7 +66,7 @@ fn a_plane_is_where_paper_says_in_each_format_and_convention() {
                 for (i, &found) in found.iter().enumerate() {
                     let at = |i: usize| (i as f64 + 0.5) / 32.0 - 1.0;
                     let (x, y) = (at(i % 64), -at(i / 64));
-                    // The nearest texel of a map that is wider.
+                    // The nearest texel of a wider map.
                     let host = |at: f64| {
                         (((at / convention.wider + 1.0) * 32.0).floor() + 0.5) / 32.0 - 1.0
                     };
@@ -75,7 +75,7 @@ fn a_plane_is_where_paper_says_in_each_format_and_convention() {
                     let is_empty = host(x) < -0.75 / convention.wider;
                     let expected = if is_empty { 1.0 } else { (distance - near) / (far - near) };
                     surface += usize::from(!is_empty);
-                    // Written, stored and read, each rounded.
+                    // Written, stored and read, rounded each time.
                     let tolerance = 4e-6 + 2.0 * convention.step(&view, distance) / (far - near);
                     assert!(
                         (f64::from(found) - expected).abs() < tolerance && tolerance < 4e-5,
@@ -110,14 +110,14 @@ fn maps_of_any_size_cover_the_view() {
     }
 }
 
-/// With the view's own matrix: besides opaque triangles the nearer depth wins; instead of them, the map's.
+/// With the view's own matrix: beside opaque triangles the nearer depth wins; without them, the map's.
 #[test]
 fn maps_lower_what_triangles_left_or_replace_it() {
     for tier in tiers(Tier::Native) {
         let gpu = gpu(tier);
         let view = flat_view(64, 32.0);
         let materials = materials();
-        // In front of the map's plane in its centre, behind it around.
+        // In front of the map's plane in its centre, behind it elsewhere.
         let triangles: Vec<Triangle> = [pane(0.2, 0.5, 2), pane(0.8, 2.0, 2)].concat();
         let particles: Vec<Particle> = [0.1, 0.3, 0.6]
             .map(|depth: f32| {
@@ -141,7 +141,7 @@ fn maps_lower_what_triangles_left_or_replace_it() {
         assert!(close(beside[middle], 0.2) && close(beside[edge], 0.5));
         assert!(instead.iter().all(|&depth| close(depth, 0.5)));
 
-        // Casters behind the map filter nothing, frame after frame while it moves.
+        // Casters behind the map filter nothing, frame after frame, while the map moves.
         let mut shadows = shadows(&gpu);
         let (views, settings) = ([view.clone()], ShadowSettings::default());
         let through = |hits: i32| 0.8_f32.mul_add(0.5 - 1.0, 1.0).powi(hits);
@@ -246,7 +246,7 @@ fn conventions_are_what_they_say() {
     }
 }
 
-/// Every texel and its neighbours, which must stay poisoned.
+/// All texels, and their neighbours, which must stay poisoned.
 #[test]
 fn kernel_equals_reference() {
     const POISON: f32 = -7.0;

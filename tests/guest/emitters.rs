@@ -90,7 +90,7 @@ fn the_kernel_flies_as_the_reference() {
     for tier in tiers(Tier::Native) {
         let gpu = gpu(tier);
         let shadows = shadows(&gpu);
-        // Turbulence amplifies rounding, and which face of a box is nearest may change.
+        // Turbulence amplifies rounding, and another face of a box may be the nearest.
         let cases = [
             (calm(), u32::MAX, 1e-5, 0.0),
             (wild(), u32::MAX, 1e-3, 0.01),
@@ -112,7 +112,7 @@ fn the_kernel_flies_as_the_reference() {
                 assert!(found.len() as u32 <= simulation.capacity());
             }
             if last < step {
-                // All have ended, and a slot was there for each.
+                // All have ended, and each had a slot.
                 assert!(flock.emitted().is_empty() && simulation.capacity() > 700);
                 continue;
             }
@@ -145,7 +145,7 @@ fn a_million_fly_as_the_reference() {
     println!("{} particles: {:?} for 12 steps", simulation.capacity(), start.elapsed());
 }
 
-/// Particles leave a moving emitter along its way, not where it is at the end of their step.
+/// Particles leave a moving emitter along its path, not at its position at the end of their step.
 #[test]
 fn particles_start_along_the_path() {
     let gpu = gpu(TIERS[0]);
@@ -186,7 +186,7 @@ fn a_path_of_too_many_rows_is_refused() {
     simulation(0.0006).unwrap();
 }
 
-/// Started anew at a later step, the particles that are still missing are those that are older.
+/// After a restart at a later step, the missing particles are the older ones.
 #[test]
 fn a_restart_misses_what_started_before() {
     let gpu = gpu(TIERS[0]);

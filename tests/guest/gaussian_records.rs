@@ -1,4 +1,4 @@
-//! The kernel that loads Gaussians, alone, against the CPU.
+//! The kernel that loads Gaussians, tested alone against the CPU.
 use super::{
     Vec3, Vec4,
     gaussians::{gaussians, materials},

@@ -14,7 +14,7 @@ use gobo::{
     wgpu::{self, BufferUsages},
 };
 
-/// A layout of the host's: places with opacities in one buffer, scalar first quaternions and the rest in another.
+/// A host's layout: positions with opacities in one buffer, scalar-first quaternions and the rest in another.
 const WGSL: &str = "
 @group(1) @binding(0) var<storage, read> places: array<vec4<f32>>;
 struct Look { turn: vec4<f32>, sigma: vec3<f32>, material: u32, color: vec3<f32>, id: u32, }
@@ -147,7 +147,7 @@ fn curve() -> ShadowSettings {
     ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..settings() }
 }
 
-/// Fixed and indirect counts: none, few, a group and one more, and many.
+/// Fixed and indirect counts: none, few, one more than a group, and many.
 #[test]
 fn maps_equal_those_of_uploads() {
     for tier in tiers(Tier::Core) {
@@ -166,7 +166,7 @@ fn maps_equal_those_of_uploads() {
                 let prepared = on_device(&mut shadows, &[set], Beside::default(), &settings());
                 let mut bits = submit(&gpu, &prepared);
                 if count == 1 {
-                    // The upload is a splat alone, whose kernels round depths for themselves.
+                    // The upload is a splat alone, whose kernels round depths separately.
                     for (depth, expected) in bits.nearests.iter_mut().zip(&expected.nearests) {
                         assert!(depth.abs_diff(*expected) <= 1, "{tier}: {depth:x} {expected:x}");
                         *depth = *expected;
@@ -182,7 +182,7 @@ fn maps_equal_those_of_uploads() {
     }
 }
 
-/// Curves, order-dependent blending, amplification, and what blocks.
+/// Curves, order-dependent blending, amplification, and blocking casters.
 #[test]
 fn all_modes_of_gaussians_can_come_from_the_host() {
     bits_are_those_of_uploads(
@@ -231,7 +231,8 @@ fn bits_are_those_of_uploads(tier: Tier, cases: &[Case<'_>]) {
     }
 }
 
-/// Uploaded triangles and discs, sets of discs and of Gaussians, some of which block: the same as all uploaded.
+/// Uploaded triangles and discs, and sets of discs and Gaussians, some of which block, give the same maps as
+/// all uploaded.
 #[test]
 fn gaussians_and_discs_of_the_host_are_one_frame() {
     for tier in tiers(Tier::Native) {
@@ -292,7 +293,7 @@ fn gaussians_that_cannot_be_used_are_counted_and_change_nothing() {
         Gaussian { material: 2, ..good },
         Gaussian { material: u32::MAX, ..good },
     ];
-    // Outside of all views, at the largest valid distance, and a medium of an opacity above 1.
+    // Outside of all views, at the largest valid distance, and a medium with an opacity above 1.
     let far = [
         Gaussian { center: Vec3::new(900.0, -300.0, 20.0), ..good },
         Gaussian { center: Vec3::splat(1e7), ..good },
@@ -346,7 +347,7 @@ fn loaders_and_materials_of_other_shapes_are_named() {
         assert!(matches!(error, Error::Invalid { what: Input::HostCasters, .. }), "{error:?}");
         assert!(error.to_string().contains(problem), "{error}");
     }
-    // A function of the other kind, and a wrong field.
+    // A function of another kind, and a wrong field.
     let text = WGSL.replace("load_gaussian", "load_caster");
     let error = shadows.gaussian_loader("splats.wgsl", &text, &splats.layout).unwrap_err();
     assert!(error.to_string().contains("load_gaussian"), "{error}");

@@ -11,11 +11,11 @@ use gobo::{
 };
 use half::f16;
 
-/// The same voxels are the same halves; but a ray is counted from the middle of an uploaded grid's bricks, and of all
-/// that a host's grid may have.
+/// The same voxels are the same half floats; but a ray is measured from the middle of an uploaded grid's
+/// bricks, or from that of a host grid's whole extent.
 const ROUNDED: f32 = 1e-3;
 
-/// More than one group of bricks, and no multiple of one along any axis.
+/// More than one group of bricks, and a multiple of a group along no axis.
 const SIZE: UVec3 = UVec3::new(60, 50, 41);
 
 fn volume() -> wgpu::TextureDescriptor<'static> {
@@ -54,7 +54,7 @@ fn index(voxel: UVec3) -> usize {
     ((voxel.z * SIZE.y + voxel.y) * SIZE.x + voxel.x) as usize
 }
 
-/// Two lumps in a box that is empty elsewhere; `corners`: and something in the first and the last voxel.
+/// Two lumps in an otherwise empty box; `corners`: also a voxel in the first and the last corner.
 fn lumps(seed: u64, corners: bool) -> Vec<f32> {
     let mut chance = Chance::new(seed);
     let places = [chance.vec3(0.25, 0.5), chance.vec3(0.5, 0.75)];
@@ -75,7 +75,7 @@ fn lumps(seed: u64, corners: bool) -> Vec<f32> {
     voxels
 }
 
-/// A turned and stretched grid around the origin, without bricks.
+/// A rotated and stretched grid around the origin, without bricks.
 fn grid() -> Grid {
     let turn = Quat::from_rotation_y(0.4) * Quat::from_rotation_x(0.3);
     let scale = Vec3::new(0.06, 0.05, 0.07);
@@ -122,7 +122,7 @@ fn uploaded(
     submit(gpu, &shadows.prepare(&casters, &views(), settings).unwrap())
 }
 
-/// Grids of the host's, in addition to `particles` and `grids`, which are uploaded.
+/// Maps of a host's grids, in addition to the uploaded `particles` and `grids`.
 fn on_device(
     shadows: &mut Shadows,
     particles: &[Particle],
@@ -186,7 +186,7 @@ fn maps_of_textures_equal_those_of_uploads() {
     }
 }
 
-/// Voxels of the host's in bricks of its own, of 4^3, those without density left out.
+/// A host's own bricks of 4^3 voxels, without empty ones.
 const POOL: &str = "
 @group(1) @binding(0) var<storage, read> table: array<u32>;
 @group(1) @binding(1) var<storage, read> pool: array<array<f32, 64>>;
@@ -220,7 +220,7 @@ fn pooled(voxels: &[f32]) -> (Vec<u32>, Vec<[f32; 64]>) {
     (table, pool)
 }
 
-/// A texture and a pool of bricks beside an uploaded grid: the same as all uploaded.
+/// A texture and a pool of bricks beside an uploaded grid give the same maps as all uploaded.
 #[test]
 fn bricks_of_a_hosts_own_are_read_by_its_function() {
     for tier in tiers(Tier::Core) {
@@ -267,7 +267,7 @@ fn bricks_of_a_hosts_own_are_read_by_its_function() {
     }
 }
 
-/// Several frames from one `prepare`: smoke comes, changes and goes. Then a version keeps the maps.
+/// Several frames from one `prepare`: smoke appears, changes and vanishes. Then a version keeps the maps.
 #[test]
 fn frames_follow_the_texture() {
     let gpu = gpu(TIERS[0]);
@@ -305,7 +305,7 @@ fn densities_out_of_range_are_counted_and_are_none() {
     let settings = ShadowSettings::default();
     let mut voxels = lumps(4, true);
     let wrong = [f32::NAN, -0.1, f32::INFINITY, f32::NEG_INFINITY, 65600.0, -1e30];
-    // On the faces that bricks share, and within them.
+    // On the faces that bricks share, and inside them.
     for (i, wrong) in wrong.into_iter().enumerate() {
         voxels[index(UVec3::new(8 * i as u32, 8 + i as u32, 16))] = wrong;
     }

@@ -1,4 +1,4 @@
-//! Kernels of load and cull, each alone, against the CPU.
+//! Kernels of load and cull, each tested alone against the CPU.
 use super::{Vec3, materials, particles};
 use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
@@ -37,8 +37,8 @@ fn plain(particle: &Particle) -> [f32; 12] {
     [c.x, c.y, c.z, radius, r, g, b, a, rotation, bits[0], bits[1], 0.0]
 }
 
-/// Whether texel `i` of the records is the same. Where division is not that of IEEE 754, a turn may be its
-/// neighbour.
+/// Whether texel `i` of the records is the same. If division is not that of IEEE 754, a rotation may be a
+/// neighbour's value.
 fn is_same(i: usize, a: [u32; 4], b: [u32; 4]) -> bool {
     let turn = |texel: [u32; 4]| (texel[2] >> 16) as u16;
     let rest = |texel: [u32; 4]| [texel[0], texel[1], texel[2] & 0xffff, texel[3]];
@@ -202,7 +202,7 @@ fn chunks_are_of_what_views_may_see_in_order() {
             }
         }
     }
-    // The counts alone are replaced.
+    // Only the counts are replaced.
     let chunk_count = expected.len() as u32;
     assert_eq!(gpu.read::<ProjectParams>(&of_project), [ProjectParams { chunk_count, ..project }]);
     assert_eq!(gpu.read::<BinParams>(&of_bin), [BinParams { footprint_count: next, ..bin }]);
@@ -210,7 +210,7 @@ fn chunks_are_of_what_views_may_see_in_order() {
     assert_eq!(chunks[..expected.len()], expected);
     let rest: &[u32] = bytemuck::cast_slice(&chunks[expected.len()..]);
     assert!(rest.iter().all(|&word| word == POISON));
-    // Some are seen by each view, and most by none.
+    // Each view sees some, and no view sees most.
     assert!((0..views.len() as u32).all(|v| expected.iter().any(|chunk| chunk.view == v)));
     assert!(expected.len() * 4 < entries, "{} of {entries}", expected.len());
 }

@@ -32,7 +32,7 @@ fn submit(gpu: &Gpu, prepared: &Prepared, converted: &ConvertedMaps) {
     gpu.check().unwrap();
 }
 
-/// Indices into textures of all texels of all views, with the view and the place in it.
+/// All texels of all views: index into textures, view, its index, and position.
 fn texels<'a>(prepared: &Prepared, views: &'a [View]) -> Vec<(usize, &'a View, usize, [u32; 2])> {
     let size = prepared.maps().filters.size();
     let mut all = Vec::new();
@@ -82,7 +82,7 @@ fn formats_lose_what_they_say() {
     }
 }
 
-/// The depth in alpha is the host's own, and the host's comparison with the receiver gives the same as
+/// The depth in alpha is the host's own, and the host's comparison with the receiver gives the same result as
 /// ours: light is filtered behind the nearest translucent hit, and not in front of it.
 #[test]
 fn alpha_is_the_hosts_depth_of_what_filters_first() {
@@ -112,7 +112,8 @@ fn alpha_is_the_hosts_depth_of_what_filters_first() {
             let expected = host_depth(nearests[i].into());
             assert!((alpha - expected).abs() <= 6e-4 * expected.abs() + 1e-6, "{alpha} {expected}");
             filtered += 1;
-            // Halves of a depth that is not reversed do not resolve distant depths: hosts use reversed z.
+            // Half floats of a depth that is not reversed do not resolve distant depths: hosts use reversed
+            // z.
             let [before, behind] = [-0.05, 0.05].map(|by| host_depth(f64::from(nearests[i]) + by));
             if is_reversed {
                 assert!(alpha > behind && alpha < before, "{before} {alpha} {behind}");

@@ -1,4 +1,4 @@
-//! Levels of area lights in hosts: made once for each drawing of the maps, whoever looks up in them.
+//! Levels of area lights in hosts: made once for each rendering of the maps, for all look-ups.
 use super::{materials, particles, shadows};
 use crate::common::{TIERS, gpu};
 use gobo::{
@@ -17,7 +17,7 @@ fn still_frames_and_further_look_ups_make_no_levels() {
     let places: Vec<[f32; 3]> = (0..64).map(|i| [i as f32 * 0.05 - 1.6, -2.0, 0.1]).collect();
     let positions = gpu.upload("positions", &places, BufferUsages::STORAGE);
     let points = PointBuffers { count: 64, positions: &positions, normals: None };
-    // Light at the points, by bindings that make the levels and a look-up that takes them over.
+    // Light at the points: bindings make the levels, and a look-up reuses them.
     let frame = |shadows: &mut Shadows, particles: &[_], lights: &[Light]| {
         let casters = Casters { particles, materials: &materials, ..Casters::default() };
         let views = light_views(0, &lights[0], 64, None, &bounds).unwrap();

@@ -1,4 +1,4 @@
-//! Inputs that a host has on the device: casters in its buffers, and depth maps.
+//! Inputs of a host on the device: casters in its buffers, and depth maps.
 mod casters;
 mod clip;
 mod depths;
@@ -29,7 +29,7 @@ use gobo::{
     wgpu::{self, BufferUsages},
 };
 
-/// An unusual layout: places in one buffer, colours as halves and the rest in another.
+/// An unusual layout: positions in one buffer, colours as half floats and the rest in another.
 pub(super) const WGSL: &str = "
 // Names that the library has, too.
 struct Chunk { place: vec4<f32>, }
@@ -113,7 +113,7 @@ impl HostBuffers {
     }
 }
 
-/// Layout and bind group of buffers that are read, from binding 0 on.
+/// Layout and bind group of read-only buffers, from binding 0 on.
 pub(super) fn bound(
     gpu: &Gpu,
     buffers: &[wgpu::Buffer],
@@ -152,7 +152,7 @@ pub(super) fn shadows(gpu: &Gpu) -> Shadows {
     shadows
 }
 
-/// A lamp amid the casters, each face of which sees some, and a spot.
+/// A lamp amid the casters, all whose faces see some, and a spot.
 pub(super) fn views() -> Vec<View> {
     let bounds = Bounds { min: Vec3::splat(-2.5), max: Vec3::splat(2.5) };
     let lights = [
@@ -202,7 +202,7 @@ pub(super) fn materials() -> Vec<Material> {
     ]
 }
 
-/// Every texel of every map, in bits.
+/// The bits of all texels of all maps.
 #[derive(Debug, PartialEq)]
 pub(super) struct Bits {
     pub(super) filters: Vec<[u16; 4]>,
@@ -211,7 +211,7 @@ pub(super) struct Bits {
     curves: Vec<[u32; 4]>,
 }
 
-/// Fails with what is apart.
+/// Fails with the list of differences.
 pub(super) fn assert_equal(found: &Bits, expected: &Bits, what: &str) {
     fn apart<T: Copy + PartialEq>(found: &[T], expected: &[T]) -> (usize, Option<(usize, T, T)>) {
         assert_eq!(found.len(), expected.len());
@@ -226,7 +226,8 @@ pub(super) fn assert_equal(found: &Bits, expected: &Bits, what: &str) {
     let curves = apart(&found.curves, &expected.curves);
     assert!(
         found == expected,
-        "{what}: texels apart, and the first: filters {filters:x?}, nearest depths {nearests:x?}, opaque ones {opaques:x?}, curves {curves:x?}"
+        "{what}: texels apart, and the first: filters {filters:x?}, nearest depths {nearests:x?}, \
+         opaque ones {opaques:x?}, curves {curves:x?}"
     );
 }
 
@@ -254,7 +255,7 @@ pub(super) fn count_buffer(gpu: &Gpu, count: u32) -> wgpu::Buffer {
     gpu.upload("count", &[77, 88, count, 99], BufferUsages::STORAGE | BufferUsages::COPY_DST)
 }
 
-/// Maps of uploaded casters, in the order given.
+/// Maps of uploaded casters, in the given order.
 pub(super) fn uploaded(
     gpu: &Gpu,
     shadows: &mut Shadows,
@@ -267,7 +268,7 @@ pub(super) fn uploaded(
     submit(gpu, &shadows.prepare(&casters, &views(), settings).unwrap())
 }
 
-/// Maps of host casters, in addition to `others`, which are uploaded.
+/// Maps of host casters, in addition to the uploaded `others`.
 pub(super) fn on_device(
     shadows: &mut Shadows,
     others: &[Particle],

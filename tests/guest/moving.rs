@@ -1,4 +1,4 @@
-//! Frames in which everything moves: what `prepare` makes on the device, and their maps.
+//! Frames in which everything moves: their allocations on the device, and their maps.
 use super::{
     HostBuffers, assert_equal, count_buffer, counted, materials, particles, shadows, submit,
 };
@@ -31,7 +31,7 @@ fn spots(frame: u32) -> Vec<View> {
     views.flat_map(|(i, light)| light_views(i, &light, 64, None, &bounds).unwrap()).collect()
 }
 
-/// Buffers, textures, views of these, bind groups and pipelines that live.
+/// Number of living buffers, textures, texture views, bind groups and pipelines.
 fn living(device: &wgpu::Device) -> isize {
     let hal = device.get_internal_counters().hal;
     hal.buffers.read()
@@ -54,7 +54,7 @@ fn prepare(
     shadows.prepare_with(&casters, &spots(frame), settings, &inputs).unwrap()
 }
 
-/// Depths or normals of a host.
+/// A host's depths or normals.
 fn seen(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some("seen"),
@@ -68,7 +68,7 @@ fn seen(device: &wgpu::Device, format: wgpu::TextureFormat) -> wgpu::Texture {
     })
 }
 
-/// Every frame is held, so that what it makes is seen even if an earlier one drops as much.
+/// Every frame is kept alive, so that its allocations show even if an earlier one drops as much.
 #[test]
 fn nothing_is_made_where_everything_moves() {
     let nearest = ShadowSettings { size: 64, ..ShadowSettings::default() };
@@ -134,7 +134,7 @@ fn nothing_is_made_where_everything_moves() {
     }
 }
 
-/// Lists of the host's casters, whose counts kernels write over those of uploads, and back.
+/// Lists of the host's casters: kernels write their counts over those of uploads, and back.
 #[test]
 fn counts_that_kernels_wrote_are_written_anew() {
     let gpu = gpu(TIERS[0]);
@@ -144,7 +144,7 @@ fn counts_that_kernels_wrote_are_written_anew() {
     let (loader, few) = (host.loader(&changing), count_buffer(&gpu, 100));
     let settings = ShadowSettings { size: 64, ..ShadowSettings::default() };
     for (frame, is_host) in [(0, true), (1, false), (2, true), (2, false), (2, true)] {
-        // Room for as many as are uploaded, but fewer.
+        // Capacity for as many as are uploaded, but fewer casters.
         let set = HostCasters::new(&loader, &host.bindings, counted(&few, 256), &[0, 1]);
         let sets = if is_host { vec![set] } else { Vec::new() };
         let uploaded = if is_host { &all[..0] } else { &all[..256] };
@@ -156,7 +156,8 @@ fn counts_that_kernels_wrote_are_written_anew() {
     }
 }
 
-/// Frames of which only contents differ, and between them some that differ in more, are those without earlier ones.
+/// Frames that differ only in contents, with some between them that differ in more, equal frames without
+/// earlier ones.
 #[test]
 fn repeated_commands_have_the_contents_of_their_frame() {
     let gpu = gpu(TIERS[0]);
@@ -188,7 +189,7 @@ fn repeated_commands_have_the_contents_of_their_frame() {
     }
 }
 
-/// All dispatches of a frame share a pass, unless each has a time, and all views of a batch share dispatches.
+/// All dispatches of a frame share a pass, unless each is timed, and all views of a batch share dispatches.
 #[test]
 fn few_passes_render_many_views() {
     let gpu = gpu(TIERS[0]);

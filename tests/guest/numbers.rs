@@ -1,4 +1,4 @@
-//! Numbers of a host out of their ranges: each is an error that names it, or is counted.
+//! Numbers of a host outside their ranges: each is an error that names it, or is counted.
 use super::{HostBuffers, bound, materials, particles, shadows, submit, views};
 use crate::common::{TIERS, gpu, own_gpu, two_devices};
 use gobo::{
@@ -11,7 +11,7 @@ use gobo::{
     wgpu::{self, BufferUsages},
 };
 
-/// Asserts that an error names an input and what is wrong with it.
+/// Asserts that an error names an input and its problem.
 fn assert_named(error: &Error, what: &str, problem: &str) {
     let text = error.to_string();
     assert!(text.starts_with(what) && text.contains(problem), "{what} {problem}: {text}");
@@ -64,7 +64,7 @@ fn forces_out_of_range_are_named() {
         change(&mut forces);
         assert_named(&shadows.simulation(&forces).unwrap_err(), "emitter 0 ", problem);
     }
-    // What no device asks for, too.
+    // Also rates that no device requests.
     for rate in [-1.0, f64::NAN, 0.0] {
         assert_eq!(Forces { rate, ..Forces::default() }.started(1000), 0);
     }
@@ -121,7 +121,7 @@ fn lights_and_boxes_out_of_range_are_named() {
         let error = light_views(3, &it.0, 64, Some(&it.1), &it.2).unwrap_err();
         assert_named(&error.into(), "light 3 ", problem);
     }
-    // Nothing to shadow is no mistake.
+    // Nothing to shadow is no error.
     light_views(3, &lamp(), 64, None, &Bounds::EMPTY).unwrap();
 }
 
@@ -251,7 +251,7 @@ fn texture(gpu: &gobo::Gpu, dimension: wgpu::TextureDimension) -> wgpu::Texture 
     })
 }
 
-/// Those that were read in the frame before, too.
+/// Also textures that were read in the frame before.
 #[test]
 fn destroyed_textures_are_named() {
     let gpu = gpu(TIERS[0]);

@@ -4,7 +4,7 @@ use crate::common::{TIERS, gpu};
 use gobo::{Casters, ShadowSettings, Timeline, gpu::Gpu, host::Profiler, wgpu};
 use std::sync::{Arc, Mutex};
 
-/// Passes that it can time.
+/// Number of passes that it can time.
 const PASSES: u32 = 64;
 
 #[derive(Debug)]

@@ -13,7 +13,7 @@ pub(super) struct Convention {
     pub(super) name: &'static str,
     pub(super) reversed: bool,
     pub(super) infinite: bool,
-    /// Widening of the window, relative to the view's [share].
+    /// Extra width of the window, relative to the view's [share].
     pub(super) wider: f64,
 }
 

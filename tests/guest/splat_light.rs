@@ -1,4 +1,4 @@
-//! A host's kernel places the points at which its splats are lit: each splat leaves itself out, and no other.
+//! A host's kernel places the points at which its splats are lit: each splat ignores itself, and no other.
 use super::{ShadowSettings, Vec3, submit};
 use crate::common::{TIERS, gpu, scenes::Chance};
 use gobo::{
@@ -110,7 +110,7 @@ fn is_all(share: [f32; 3]) -> bool {
     share.into_iter().all(|share| (share - 1.0).abs() <= WEIGHTS)
 }
 
-/// Needles, pancakes and balls, seen from the side, along and aslant, one at a time.
+/// Needles, pancakes and balls, seen from the side, lengthwise and at an angle, one at a time.
 #[test]
 fn a_lone_splat_gets_all_light() {
     for tier in TIERS {
@@ -144,7 +144,7 @@ fn a_lone_splat_gets_all_light() {
     }
 }
 
-/// The splat behind gets what the one in front lets through: 1 - 0.6 (1 - c) in its middle.
+/// The splat behind gets the light that the one in front transmits: 1 - 0.6 (1 - c) in its middle.
 #[test]
 fn a_splat_is_tinted_by_those_in_front() {
     let gpu = gpu(TIERS[0]);

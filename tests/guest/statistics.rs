@@ -7,7 +7,7 @@ use gobo::{
 };
 use std::time::{Duration, Instant};
 
-/// Dispatches of a steady frame of a host: two batches of lists, each projected, sorted, binned and walked.
+/// Dispatches of a host's steady frame: two batches of lists, each projected, sorted, binned and walked.
 const MOST_DISPATCHES: usize = 60;
 
 fn submit(gpu: &Gpu, prepared: &Prepared) {
@@ -17,7 +17,7 @@ fn submit(gpu: &Gpu, prepared: &Prepared) {
     gpu.queue.submit([encoder.finish()]);
 }
 
-/// Polls until the device has the counters.
+/// Polls until the device has delivered the counters.
 fn told(shadows: &mut Shadows) -> Counters {
     let start = Instant::now();
     loop {
@@ -51,8 +51,7 @@ fn statistics_are_the_counters_of_their_frame() {
         assert_eq!(counters, prepared.counters().unwrap(), "{tier:?}");
         assert_eq!(shadows.statistics().unwrap(), None, "they were told");
 
-        // Frames are recorded while the statistics of one are on their way, and one that waits comes
-        // between.
+        // Frames are recorded while one's statistics are on their way, and one that waits comes between.
         submit(&gpu, &prepared);
         submit(&gpu, &prepared);
         assert_eq!(prepared.counters().unwrap(), counters);
@@ -76,8 +75,9 @@ fn recorded(prepared: &Prepared) -> [usize; 2] {
     passes.fold([0; 2], |[passes, all], own| [passes + 1, all + own])
 }
 
-/// The pairs of a host's casters have no useful bound. What its frames needed so far is known from the second on:
-/// then no work is recorded for pairs that do not fit, beyond the dispatch that scatters them.
+/// The pairs of a host's casters have no useful bound. From the second frame on, the number that its frames
+/// needed is known: then no work is recorded for pairs that do not fit, except the dispatch that scatters
+/// them.
 #[test]
 fn steady_frames_of_a_host_record_no_empty_work() {
     const COUNT: u32 = 20_000;

@@ -1,4 +1,4 @@
-//! Frames that were recorded and did not run, or would run too late.
+//! Frames that were recorded but did not run, or would run too late.
 use super::{Bits, assert_equal, materials, particles, shadows, submit, views};
 use crate::common::{gpu, tiers};
 use gobo::{
@@ -9,7 +9,7 @@ use gobo::{
 };
 use std::time::{Duration, Instant};
 
-/// Until counters of a submitted frame count as lost.
+/// Time after which counters of a submitted frame count as lost.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 fn settings() -> ShadowSettings {
@@ -41,13 +41,13 @@ fn moved(particles: &[Particle], by: Vec3) -> Vec<Particle> {
     particles.iter().map(|p| Particle { center: p.center + by, ..*p }).collect()
 }
 
-/// Views rendered and kept.
+/// Numbers of rendered and of kept views.
 fn counts(prepared: &Prepared) -> [u64; 2] {
     let counters = prepared.counters().unwrap();
     [counters.views_rendered, counters.views_kept]
 }
 
-/// The device's error of a submission.
+/// The device's error for a submission.
 fn refusal(gpu: &Gpu, commands: impl IntoIterator<Item = wgpu::CommandBuffer>) -> Option<String> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     gpu.queue.submit(commands);
@@ -86,7 +86,7 @@ fn a_frame_that_is_dropped_is_rendered_by_the_next() {
     }
 }
 
-/// Where maps would have been copied to other rectangles.
+/// Maps that would have been copied to other rectangles.
 #[test]
 fn maps_whose_move_is_dropped_are_rendered() {
     let gpu = &gpu(Tier::Native);
@@ -106,7 +106,7 @@ fn maps_whose_move_is_dropped_are_rendered() {
     assert_equal(&submit(gpu, &prepare(&views[..3])), &expected, "moved");
 }
 
-/// Whether or not the device is done with it.
+/// Whether or not the device has finished it.
 #[test]
 fn a_frame_that_was_submitted_is_kept() {
     for tier in tiers(Tier::Native) {
@@ -174,7 +174,7 @@ fn a_frame_that_is_submitted_after_the_next_prepare_is_refused() {
         // The frame that went with it did not run either.
         let next = prepare(&mut shadows, &of(2.0), &views);
         assert_equal(&submit(gpu, &next), &truth(gpu, &of(2.0), &views), &format!("{tier:?}"));
-        // One that ran, and is submitted again after the next `prepare`.
+        // A frame that ran, and is submitted again after the next `prepare`.
         let prepared = prepare(&mut shadows, &of(3.0), &views);
         let late = recorded(gpu, &prepared).finish();
         run(gpu, &prepared);
@@ -197,7 +197,7 @@ fn a_frame_that_did_not_run_has_no_counters() {
         if is_submitted {
             gpu.queue.submit([encoder.finish()]);
         }
-        // Its answer may be with another thread that polls the same device.
+        // Another thread that polls the same device may receive its answer.
         let asked = Instant::now();
         loop {
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
@@ -207,7 +207,7 @@ fn a_frame_that_did_not_run_has_no_counters() {
             }
         }
     };
-    // Each buffer that counters are read through is used several times.
+    // Each read-back buffer of counters is used several times.
     for count in 1..12 {
         assert_eq!(frame(50 * count, count % 3 > 0), (count % 3 > 0).then_some(50 * count as u64));
     }

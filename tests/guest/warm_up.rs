@@ -49,14 +49,14 @@ fn what_threads_have_made_no_frame_makes() {
         let mut cold = shadows(&gpu);
         let expected = submit(&gpu, &cold.prepare(&casters, &views, &settings).unwrap());
         assert_eq!(submit(&gpu, &prepared), expected, "{tier:?}");
-        // Nor a later one, of which something has changed.
+        // Nor is a later one, in which something has changed.
         particles[0].radius *= 2.0;
         let casters =
             Casters { particles: &particles, materials: &materials, ..Casters::default() };
         warm.prepare(&casters, &views, &settings).unwrap();
         assert_eq!(made(), jobs.len(), "{tier:?}");
 
-        // Another world on the device has the same ones, and casters and maps of its own.
+        // Another world on the device has the same kernels, and its own casters and maps.
         let mut another = warm.another();
         assert!(
             another.pending(&casters, &views, &settings, &HostInputs::new()).unwrap().is_empty()
@@ -73,7 +73,7 @@ fn what_threads_have_made_no_frame_makes() {
     }
 }
 
-/// Area lights, too, where the host says that it binds them.
+/// Area lights, too, if the host announces that it binds them.
 #[test]
 fn area_lights_compile_nothing_when_they_are_bound() {
     let gpu = own_gpu(TIERS[0]);

@@ -140,7 +140,7 @@ fn numbers_out_of_range_are_named() {
     assert!(gpu.check().is_ok());
 }
 
-/// A bind group of another layout is found when it is given, not when the host finishes its commands.
+/// A bind group of another layout is found when it is passed, not when the host finishes its commands.
 #[test]
 fn bindings_of_another_layout_are_refused() {
     let gpu = gpu(TIERS[0]);
@@ -166,7 +166,7 @@ fn bindings_of_another_layout_are_refused() {
     assert!(is_refused(&prepare(&other).unwrap_err()));
     let prepared = prepare(&host.bindings).unwrap();
     assert!(is_refused(&prepared.rebind(0, &other).unwrap_err()));
-    // Where the rest of the set stays, too.
+    // Even if the rest of the set is the same.
     assert!(is_refused(&prepare(&other).unwrap_err()));
     let prepared = prepare(&host.bindings).unwrap();
     prepared.rebind(0, &host.bindings).unwrap();
@@ -220,7 +220,7 @@ fn nothing_reads_maps_that_were_taken_over() {
     assert!(gpu.check().is_ok());
 }
 
-/// Maps that there is no memory for, and the last ones after them.
+/// Maps that exceed the memory, and the last maps after them.
 #[test]
 fn no_memory_is_an_error_and_keeps_the_last_maps() {
     let gpu = own_gpu(TIERS[0]);

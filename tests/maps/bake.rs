@@ -1,4 +1,4 @@
-//! Cached maps: which are rendered again, and that they are the same.
+//! Cached maps: the right ones are rendered again, and all equal fresh ones.
 use crate::common::{
     ByTier, gpu, map_frame, render,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -39,7 +39,7 @@ fn frame(renderer: &mut Renderer, scene: &Scene, maps_only: bool) -> Frame {
     renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A frame of a renderer that keeps nothing.
+/// A frame of a renderer without a cache.
 fn fresh(tier: Tier, scene: &Scene) -> Frame {
     let frame = map_frame(tier, scene);
     assert_eq!(views(&frame), (frame.maps.len() as u64, 0));
@@ -65,7 +65,7 @@ fn differing(a: &Frame, b: &Frame) -> Vec<usize> {
     (0..a.maps.len()).filter(|&i| !same_bits(&a.maps[i], &b.maps[i])).collect()
 }
 
-/// A lamp that looks down on a part of the ground, 4 m wide.
+/// A lamp over a part of the ground that is 4 m wide.
 fn lamp(x: f32, z: f32) -> Light {
     let position = Vec3::new(x, 6.0, z);
     let spot = LightKind::Spot { position, direction: Vec3::NEG_Y, angle: 0.6 };
@@ -254,7 +254,7 @@ fn softened_maps_stay_too() {
     assert!(differing(&third, &fresh(Tier::Native, &scene)).is_empty());
 }
 
-/// Cached curves; a `gain` caster has all of them rendered again.
+/// Cached curves; a `gain` caster makes all of them be rendered again.
 #[test]
 fn curves_stay_too() {
     let mut scene = scene();
@@ -278,7 +278,7 @@ fn curves_stay_too() {
     }
 }
 
-/// A light's viewpoints are rendered again when it moves or what they see does, and no others.
+/// A light's viewpoints are rendered again when it or a caster before them moves, and no others.
 #[test]
 fn maps_of_viewpoints_stay_too() {
     let mut scene = scene();
@@ -333,7 +333,7 @@ fn maps_that_change_places_stay() {
     }
 }
 
-/// Where pairs do not fit at first, the views are rendered again, and the next frame keeps them.
+/// If pairs do not fit at first, the views are rendered again, and the next frame keeps them.
 #[test]
 fn a_frame_that_needed_more_pairs_is_kept() {
     let mut scene = scene();

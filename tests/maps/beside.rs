@@ -1,5 +1,5 @@
-//! Casters beside a light and around it: more than 87 degrees off a view's axis, behind its plane, and
-//! puffs that contain the light. Truth: the renderer in 64 bits, and closed forms.
+//! Casters beside a light and around it: more than 87 degrees off a view's axis, behind its plane, and puffs
+//! that contain the light. Truth: the renderer in 64 bits, and closed forms.
 use super::brute_force::assert_agrees;
 use crate::common::{
     Tier,
@@ -37,7 +37,7 @@ fn wide_spot(materials: Vec<Material>) -> Scene {
     lit_by(LightKind::Spot { position: LAMP, direction, angle: 170_f32.to_radians() }, materials)
 }
 
-/// Particles all around the lamp, as near to it as a tenth of their radius; of `materials`.
+/// Particles all around the lamp, as close to it as a tenth of their radius; of `materials`.
 fn around(count: u32, seed: u64, materials: usize) -> Vec<Particle> {
     let mut chance = Chance::new(seed);
     let particles = (0..count).map(|id| {

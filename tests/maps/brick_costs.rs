@@ -1,4 +1,5 @@
-//! What grids cost: empty space nothing, a still grid nothing; and what one below a texel's size keeps.
+//! Cost of grids: empty space costs nothing, and neither does a still grid; light taken by a grid smaller
+//! than a texel.
 use super::bricks::{BRICK, WALL, lump, scene_of};
 use crate::common::{TIERS, Tier, gpu, grid_truth::Line, map_frame, scenes::hold_view};
 use gobo::{
@@ -13,8 +14,9 @@ use gobo_scene::Scene;
 
 const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Z };
 
-/// The same bricks in bounds of twice the volume and more, in a map that shows these: they are as large as before, have as many
-/// voxels, and meet as many tiles. So each texel walks through what it did. The same bounds full of thin smoke take more.
+/// The same bricks in bounds of at least twice the volume, in a map that shows these: they are as large as
+/// before, have as many voxels, and meet as many tiles. So each texel walks the same path. The same bounds
+/// full of thin smoke take more.
 #[test]
 fn empty_space_costs_nothing() {
     let grid = |bricks: Vec<Brick>| {
@@ -69,15 +71,15 @@ fn a_still_grid_is_not_rendered_again() {
     assert!(views(&scene).0 > 0);
 }
 
-/// A puff of 3 x 3 x 3 voxels of a tenth of a texel, at 12 x 12 places around a texel's centre: it is sampled there, so
-/// that it shows in some of the places only, but on the mean it takes the light that it should.
+/// A puff of 3 x 3 x 3 voxels of a tenth of a texel, at 12 x 12 positions around a texel's centre: only some
+/// of them show it, as texels are sampled at their centres, but its mean shadow is right.
 #[test]
 fn a_puff_below_a_texel_takes_its_light_on_the_mean() {
     const PLACES: i32 = 12;
     const LINES: i32 = 80;
     const TEXEL: f32 = 20.0 / 64.0;
     const EDGE: f32 = 0.1 * TEXEL;
-    /// Edge of the square of places, beyond which it does not show [texels].
+    /// Edge of the square of positions outside of which it does not show [texels].
     const SQUARE: f32 = 0.6;
     let puff = |shift: Vec3| Grid {
         world_from_index: Affine3A::from_scale_rotation_translation(
@@ -101,17 +103,17 @@ fn a_puff_below_a_texel_takes_its_light_on_the_mean() {
     let places = (0..PLACES * PLACES).map(|i| [i % PLACES, i / PLACES].map(|n| n as f32 + 0.5));
     let around = |n: f32| (0.5 + SQUARE * (n / PLACES as f32 - 0.5)) * TEXEL;
     let all: Vec<f64> = places.map(|[x, y]| taken(Vec3::new(around(x), around(y), 0.0))).collect();
-    // Of all places in a texel.
+    // Share of a texel's positions.
     let share = f64::from(SQUARE * SQUARE) / all.len() as f64;
     let mean = all.iter().sum::<f64>() * share;
-    // Light that it takes, by lines through 80 x 80 places of a square around it.
+    // Light that it takes, by lines through 80 x 80 positions of a square around it.
     let grid = puff(Vec3::ZERO);
     let step = f64::from(6.0 * EDGE) / f64::from(LINES);
     let of_line = |i: i32| {
         let place = |n: i32| (f64::from(n) + 0.5) * step - f64::from(3.0 * EDGE);
         let start = DVec3::new(place(i % LINES), place(i / LINES), 5.0);
         let line = Line { start, way: DVec3::NEG_Z };
-        // Of four parts, behind the third.
+        // At the third of four depths.
         let depth = line.optical_depths(&grid, [0.0, 10.0], 4)[3];
         (1.0 - (-15.0 * depth).exp()) * step * step
     };

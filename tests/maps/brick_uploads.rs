@@ -1,4 +1,4 @@
-//! Grids that change, and those that cannot be used.
+//! Grids that change, and invalid grids.
 use super::bricks::{DISC, kinds, lump, scene_of};
 use crate::common::{Tier, gpu};
 use gobo::{
@@ -9,7 +9,7 @@ use gobo::{
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene::Scene;
 
-/// Changes of a grid are uploaded: maps are those of a new upload.
+/// Changes of a grid are uploaded: the maps equal those of a new upload.
 #[test]
 fn a_changed_grid_is_uploaded() {
     let first = scene_of(kinds()[1], lump());

@@ -19,9 +19,9 @@ use gobo::{
 use gobo_reference::render_maps;
 use gobo_scene::Scene;
 
-/// What the filter's halves round below 1, on some adapters towards 0, and 1e-4.
+/// Rounding of the filter's half floats below 1, on some adapters towards 0, and 1e-4.
 const TOLERANCE: Tolerance = Tolerance { filter: 1e-4 + 1.0 / 2048.0, depth: 1e-5, undecided: 0.0 };
-/// With sums in fixed point, of a few dozen bricks a texel.
+/// With sums in fixed point, for a few dozen bricks per texel.
 const SUMMED: Tolerance = Tolerance { filter: 2e-3, ..TOLERANCE };
 const EDGED: Tolerance = Tolerance { undecided: 0.25, ..TOLERANCE };
 
@@ -47,7 +47,8 @@ pub(super) fn scene_of(kind: LightKind, grid: Grid) -> Scene {
     Scene { lights: vec![light(kind)], grids: vec![grid], ..empty(materials) }
 }
 
-/// A lump of 21 x 17 x 19 random voxels around the origin, many of them empty, scaled by unlike factors and rotated.
+/// A lump of 21 x 17 x 19 random voxels around the origin, many of them empty, scaled by different factors
+/// and rotated.
 pub(super) fn lump() -> Grid {
     let (min, max) = (IVec3::new(-11, -8, -9), IVec3::new(9, 8, 9));
     let mut chance = Chance::new(5);
@@ -186,7 +187,7 @@ fn cloud(edge: i32) -> Grid {
     }
 }
 
-/// Light at every depth of every texel.
+/// Light at all depths of all texels.
 #[test]
 fn curves_of_a_cloud() {
     const DEPTHS: usize = 64;
@@ -220,7 +221,7 @@ fn curves_of_a_cloud() {
     }
 }
 
-/// Beer and Lambert: a box of constant density, as one brick and as bricks of voxels within it.
+/// Beer-Lambert law: a box of constant density, as one brick and as bricks with voxels.
 #[test]
 fn a_homogeneous_box() {
     let size = UVec3::new(24, 16, 40);
@@ -263,7 +264,7 @@ fn a_homogeneous_box() {
     }
 }
 
-/// Beer and Lambert: a ball of voxels whose density is 1 up to its surface, where the last voxels are given the share
+/// Beer-Lambert law: a ball of voxels with density 1 up to its surface, where the last voxels get the share
 /// of the ray that is inside. Along a line of voxels the integral is their sum.
 #[test]
 fn a_ball_of_voxels() {
@@ -271,7 +272,7 @@ fn a_ball_of_voxels() {
     let density = |voxel: IVec3| {
         let aside = voxel.truncate().as_vec2().length_squared();
         let half = (RADIUS * RADIUS - aside).max(0.0).sqrt();
-        // Share of the voxel's stretch of the line that is inside.
+        // Share of the line's stretch in the voxel that is inside.
         let depth = voxel.z as f32;
         ((depth + 0.5).min(half) - (depth - 0.5).max(-half)).max(0.0)
     };
@@ -300,7 +301,7 @@ fn a_ball_of_voxels() {
         middle.set(middle.get() + usize::from(half > 0.0));
         for (channel, extinction) in [1.0, 0.5, 0.2].into_iter().enumerate() {
             let expected = (-0.4 * extinction * chord).exp();
-            // The shares are halves.
+            // The shares are half floats.
             let error = (f64::from(filter[channel]) - expected).abs();
             assert!(error <= 2.0 * TOLERANCE.filter, "{filter:?} instead of {expected} at {place}");
         }
@@ -308,7 +309,7 @@ fn a_ball_of_voxels() {
     assert!(middle.get() > 3 * 400, "{middle:?}");
 }
 
-/// Bricks of a few texels go straight to the sums; so do those whose pairs do not fit.
+/// Bricks of a few texels are scattered to the sums, and so are those whose pairs do not fit.
 #[test]
 fn scattered_bricks() {
     let mut scene = scene_of(kinds()[0], lump());
@@ -341,8 +342,8 @@ fn forms_of_bricks_agree() {
     assert_forms_agree("curves of bricks", &scene);
 }
 
-/// A row of bricks on one tile, longer than a segment, each of eight cells: llvmpipe ends loops after 65,535 turns, also
-/// those over cells.
+/// A row of bricks on one tile, longer than a segment, each with eight cells: llvmpipe ends loops after
+/// 65,535 turns, including those over cells.
 #[test]
 fn a_row_of_bricks() {
     const COUNT: i32 = 2500;

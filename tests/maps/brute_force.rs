@@ -52,7 +52,7 @@ pub(super) fn assert_agrees(scene: &Scene, tolerance: Tolerance) -> Vec<Counters
     all
 }
 
-/// Moves particles away that are too near a point light for a flat hit.
+/// Moves particles away that are too close to a point light for a flat hit.
 fn clear_of(scene: &mut Scene, position: Vec3) {
     for particle in &mut scene.particles {
         let way = particle.center - position;
@@ -113,7 +113,7 @@ fn a_wrong_depth_is_noticed() {
     assert!(compare_maps(&expected, &maps[0], TOLERANCE).is_err());
 }
 
-/// Patches of random colours and opacities from `least` on; below it they are clear.
+/// Patches of random colours, with opacities from `least` on; lower ones become transparent.
 fn checkered(chance: &mut Chance, least: u8) -> Texture {
     let mut rgba: Vec<u8> = (0..4 * 6 * 4).map(|_| chance.below(256) as u8).collect();
     for alpha in rgba.iter_mut().skip(3).step_by(4).filter(|alpha| **alpha < 96) {
@@ -122,7 +122,7 @@ fn checkered(chance: &mut Chance, least: u8) -> Texture {
     Texture { name: "patches".into(), width: 6, height: 4, rgba }
 }
 
-/// Rotated textured quads, flat discs and puffs of every commutative transfer, opaque and translucent
+/// Rotated textured quads, flat discs and puffs of all commutative transfers, opaque and translucent
 /// triangles.
 fn mixture(kind: LightKind) -> Scene {
     let tint = Vec4::new(0.9, 0.8, 0.7, 0.6);
@@ -136,7 +136,7 @@ fn mixture(kind: LightKind) -> Scene {
     let flat = Material { profile: Profile::Flat, tint, ..material(Transfer::Stain) };
     let smoke = Material { tint, ..material(Transfer::Smoke) };
     let puff = Material { shape: Shape::Puff, tint, ..material(Transfer::Filter) };
-    // What is clear and reflects would show its colour.
+    // Transparent texels of a reflecting material would show its colour.
     let glass = Material { texture: Some(1), reflectivity: 0.0, ..quad.clone() };
     let wall = material(Transfer::Opaque);
     let mut scene = lit_by(kind, vec![quad, flat, smoke, puff, glass, wall]);

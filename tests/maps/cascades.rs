@@ -32,7 +32,7 @@ fn splits_are_even_by_ratios_and_between() {
 fn shift(a: &View, b: &View) -> IVec2 {
     let by = (b.view_from_world.w_axis - a.view_from_world.w_axis) * a.scale;
     let whole = by.round();
-    // A thousandth of a texel is far below what anybody can see.
+    // A thousandth of a texel is invisible.
     assert!((by - whole).abs().max_element() < 1e-3, "{} moved by {by} texels", a.name);
     assert_eq!((a.scale, a.near, a.far, a.size), (b.scale, b.near, b.far, b.size));
     assert_eq!(a.view_from_world.row(2), b.view_from_world.row(2), "depths stay");
@@ -49,8 +49,8 @@ fn common_texels(size: u32, by: IVec2) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-/// Texels as powers of two and casters on a grid: every sum is exact, so that only the shift by whole
-/// texels may differ.
+/// Texels are powers of two and casters are on a grid: every sum is exact, so that maps differ only by a
+/// shift of whole texels.
 #[test]
 fn camera_motion_shifts_maps_bit_for_bit() {
     let cascades = Cascades { count: 2, lambda: 0.0, fade: 0.0, range: Some(10.7) };
@@ -103,7 +103,7 @@ fn camera_motion_shifts_maps_bit_for_bit() {
     assert!(moves > 10 && texels > 10_000, "{moves} moves, {texels} texels");
 }
 
-/// For any light, step and rotation: windows keep their size and move by whole texels, and maps differ only
+/// For any light, step and rotation, windows keep their size and move by whole texels, and maps differ only
 /// by rounding.
 #[test]
 fn camera_motion_makes_no_shimmer() {
@@ -124,8 +124,8 @@ fn camera_motion_makes_no_shimmer() {
         for (a, b) in last.iter().zip(&now) {
             let by = shift(&a.view, &b.view);
             moves += u32::from(by != IVec2::ZERO);
-            // Rounding of a place far from the origin is some 1e-3 of a texel; soft discs of two
-            // texels or more change by less than 1% over that.
+            // Far from the origin, positions are rounded by some 1e-3 of a texel; soft discs of two texels or
+            // more change by less than 1% over that.
             let apart = common_texels(128, by).filter(|&(i, j)| {
                 let filters = a.filter[i].iter().zip(&b.filter[j]);
                 filters.clone().any(|(a, b)| (a - b).abs() > 0.01)
@@ -137,7 +137,7 @@ fn camera_motion_makes_no_shimmer() {
     assert!(moves > 6, "{moves}");
 }
 
-/// A window that is as large as the scene need not move, and near cascades are finer.
+/// A window as large as the scene need not move, and near cascades are finer.
 #[test]
 fn cascades_grow_up_to_the_scene() {
     let views = shadow_views(&ground(Cascades::default(), Vec3::NEG_Y));
@@ -156,7 +156,7 @@ fn cascades_grow_up_to_the_scene() {
     assert!(last.size.x as f32 / last.scale < 1.001 * 224.0, "wider than the scene");
 }
 
-/// A pane far above and outside of what the camera sees darkens every cascade.
+/// A pane far above and outside the camera's view darkens all cascades.
 #[test]
 fn casters_fall_into_every_cascade_they_touch() {
     let mut scene = ground(Cascades::default(), Vec3::NEG_Y);
@@ -194,14 +194,14 @@ fn cascades_meet_without_a_seam() {
     assert!(steps.fold(0.0, f32::max) < 0.1);
 }
 
-/// An edge that is sharper near than far: where the maps fade, so does its width.
+/// An edge that is sharper near than far: where the maps are blended, so is its width.
 #[test]
 fn cascades_fade_into_each_other() {
     let steepest = |fade| {
         let cascades = Cascades { fade, lambda: 0.5, range: Some(60.0), count: 3 };
         let mut scene = ground(cascades, Vec3::NEG_Y);
         scene.shadow.size = 32;
-        // Its edge is parallel to the points, about half a texel off.
+        // Its edge is parallel to the line of points, about half a texel off.
         let pane = moved(roof(5.0, Vec3::new(50.0, 0.0, 100.0), STONE), Vec3::X * 50.2);
         scene.triangles.extend(pane);
         let lights = light_at(&scene, &walk()[10..380]);

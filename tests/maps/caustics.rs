@@ -1,4 +1,4 @@
-//! Light that glass throws: lenses whose focus is known, and water, against rays in 64 bits.
+//! Light refracted by glass: lenses with a known focus, and water, against rays in 64 bits.
 use crate::common::{Tier, files::read, map_frame};
 use gobo::{
     glam::{DVec3, Vec3},
@@ -32,7 +32,7 @@ fn maps(scene: &Scene) -> Vec<ViewMaps> {
     vec![of_cpu.remove(0), of_gpu.remove(0)]
 }
 
-/// Place of a texel's centre on the floor [m].
+/// Position of a texel's centre on the floor [m].
 fn on_floor(maps: &ViewMaps, index: usize) -> DVec3 {
     let (view, width) = (&maps.view, maps.view.size.x as usize);
     let texel = [(index % width) as f32, (index / width) as f32].map(|t| t + 0.5);
@@ -41,7 +41,7 @@ fn on_floor(maps: &ViewMaps, index: usize) -> DVec3 {
     view.view_from_world.inverse().transform_point3(aside).as_dvec3()
 }
 
-/// Light that lands by distance from the axis, and the light that was thrown [m^2].
+/// Light that lands by distance from the axis, and the refracted light [m^2].
 fn landed(maps: &ViewMaps) -> (Vec<(f64, f64)>, f64) {
     let area = f64::from(maps.view.scale).powi(-2);
     let (mut all, mut thrown) = (Vec::new(), 0.0);
@@ -54,7 +54,7 @@ fn landed(maps: &ViewMaps) -> (Vec<(f64, f64)>, f64) {
     (all, thrown)
 }
 
-/// Radius within which a share of the light is.
+/// Radius that encloses a share of the light.
 fn radius_of(mut light: Vec<(f64, f64)>, share: f64) -> f64 {
     light.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole: f64 = light.iter().map(|it| it.1).sum();
@@ -74,7 +74,7 @@ fn refracted(ray: DVec3, normal: DVec3, ratio: f64) -> DVec3 {
     ray * ratio + normal * (ratio * cosine - inside)
 }
 
-/// What a face lets through.
+/// Transmittance of a face.
 fn face(cosine: f64) -> f64 {
     let inside = (1.0 - (1.0 - cosine * cosine) / (INDEX * INDEX)).sqrt();
     let across = (cosine - INDEX * inside) / (cosine + INDEX * inside);
@@ -82,8 +82,8 @@ fn face(cosine: f64) -> f64 {
     1.0 - (across * across + along * along) / 2.0
 }
 
-/// Rays straight down through an ellipsoid, of a half width and a half height, to a floor: distance from the axis, not a number
-/// where all is reflected inside, and light.
+/// Rays straight down through an ellipsoid of a half width and a half height, to a floor: distance from the
+/// axis, NaN at total internal reflection, and light.
 fn through_ellipsoid(wide: f64, high: f64, floor: f64) -> Vec<(f64, f64)> {
     const RAYS: usize = 4000;
     let normal = |p: DVec3| {
@@ -106,7 +106,7 @@ fn through_ellipsoid(wide: f64, high: f64, floor: f64) -> Vec<(f64, f64)> {
     (0..RAYS).map(ray).collect()
 }
 
-/// A flat lens and a ball, at their focus and elsewhere: all light that comes through lands, and where rays say.
+/// A flat lens and a ball, at their focus and elsewhere: all transmitted light lands, at the rays' positions.
 #[test]
 fn lenses_throw_light_where_rays_land() {
     // The lens: radii of curvature of 2.5 m, so a focus at 2.5 m. The ball: at 0.75 m from its middle.
@@ -139,7 +139,8 @@ fn lenses_throw_light_where_rays_land() {
     }
 }
 
-/// The light of the floor is moved: what `light_points` finds sums up to what arrives less what the glass reflects.
+/// The light of the floor is moved: the sum found by `light_points` equals the light that arrives less the
+/// glass's reflection.
 #[test]
 fn light_is_moved_and_not_added() {
     let scene = over_floor("kind = 'sphere'\nlevel = 6\nscale = [1, 0.2, 1]", 2.45, 256, 3);
@@ -180,7 +181,7 @@ fn renderers() -> [Renderer; 2] {
     [Renderer::on_cpu(), crate::common::renderer(Tier::Native)]
 }
 
-/// A sheet of water, lit aslant, throws its light to where Snell's law says; coloured water colours it.
+/// A sheet of water under slanted light refracts it by Snell's law; coloured water colours it.
 #[test]
 fn water_bends_light_once() {
     let toml = "[camera]\neye = [0, 9, 9]\n\
@@ -212,7 +213,7 @@ fn water_bends_light_once() {
     }
 }
 
-/// Bits do not depend on the run, nor on what is not asked for.
+/// Bits depend neither on the run nor on other outputs.
 #[test]
 fn caustics_are_the_same_each_time_and_off_by_default() {
     let ball = "kind = 'sphere'\nlevel = 4";

@@ -230,7 +230,7 @@ fn a_hundred_thousand_casters_saturate() {
     for radius in [20.0, 0.4] {
         let mut scene = empty(vec![tinted(Transfer::Filter, Vec4::ONE)]);
         for id in 0..100_000_u32 {
-            // Sorted neither way; the nearest is at 0.1.
+            // In no order of depth; the nearest is at 0.1.
             let depth = 0.1 + (id.wrapping_mul(7919) % 100_000) as f32 * 8e-6;
             let center = Vec3::new(0.5, 0.5, -10.0 * depth);
             scene

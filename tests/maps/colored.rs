@@ -146,7 +146,7 @@ fn assert_paths_agree(tier: Tier) {
 fn segments_draw_what_the_reference_does() {
     let mut long = mixture(Pattern::Bayer8);
     long.particles.iter_mut().for_each(|p| p.material %= 2);
-    // More pairs in a tile than a segment holds, far behind all else but nothing less visible.
+    // More pairs in a tile than a segment holds, far behind all others but fully visible.
     long.particles.extend((0..3000).map(|id| {
         let center = Vec3::new(0.0, 0.0, -0.5 - id as f32 * 1e-4);
         Particle { id, ..particle(center, 0.3, Vec4::new(0.5, 0.9, 0.2, 0.01)) }
@@ -157,7 +157,7 @@ fn segments_draw_what_the_reference_does() {
     }
 }
 
-/// Each channel lets its own share through, and two layers their product.
+/// Each channel has its own transmittance, and two layers have the product.
 #[test]
 fn each_channel_lets_its_transmittance_through() {
     let tints = [Vec4::new(0.9, 0.4, 0.1, 0.7), Vec4::new(0.2, 0.5, 0.9, 0.8)];

@@ -23,7 +23,7 @@ pub(crate) fn curved(scene: Scene, nodes: u32) -> Scene {
     Scene { shadow, ..scene }
 }
 
-/// Discs of all sizes, a plain sort, under a directional light and a spot.
+/// Discs of all sizes, plainly sorted, under a directional light and a spot.
 pub(crate) fn discs(nodes: u32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);
     let position = Vec3::new(3.0, 4.0, 2.5);
@@ -116,7 +116,7 @@ fn gpu_matches_reference_of_every_kind() {
     holds(Tier::Native, &gain, "gain");
 }
 
-/// A ground in front of all discs by its nearest corner, which is beside them: slabs are cut by the discs'
+/// A ground whose nearest corner, beside the discs, is in front of them all: slabs are cut by the discs'
 /// depths alone.
 #[test]
 fn discs_do_not_depend_on_opaque_casters() {
@@ -132,14 +132,14 @@ fn discs_do_not_depend_on_opaque_casters() {
 /// Share of texels whose nodes end elsewhere, because another hit of a plane comes first.
 const FEW: f64 = 0.12;
 
-/// Discs in 16 planes of one depth each: nodes end between planes, whatever the order within them.
+/// Discs in 16 planes of one depth each: nodes end between planes, whatever the order in a plane.
 #[test]
 fn discs_do_not_depend_on_the_order_of_equal_depths() {
     let mut scene = discs(8);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
     for particle in &mut scene.particles {
         particle.center.y = (particle.center.y * 4.0).round() / 4.0;
-        // No texel has so few hits that they are inserted one by one.
+        // Each texel has too many hits to insert them one by one.
         particle.radius = 0.45;
         particle.color.w = 0.1;
     }
@@ -158,7 +158,7 @@ fn discs_do_not_depend_on_the_order_of_equal_depths() {
     near(&map_frame(Tier::Core, &mixed).maps, "core, of another order");
 }
 
-/// A cloud of overlapping puffs, whose ramps are merged at every hit: they ascend, and so light never grows.
+/// A cloud of overlapping puffs, whose ramps are merged at every hit: ramps ascend, so light never grows.
 #[test]
 fn ramps_of_overlapping_puffs_ascend() {
     let path = crate::common::root().join("data/issues/oloengine-723.toml");
@@ -199,6 +199,51 @@ fn scattered_casters_go_behind() {
         for texel in 0..few.filter.len() {
             let apart = (0..3).map(|i| (few.filter[texel][i] - whole.filter[texel][i]).abs());
             assert!(apart.fold(0.0, f32::max) < 0.003, "light is lost at {texel}");
+        }
+    }
+}
+
+fn are_same(a: &[ViewMaps], b: &[ViewMaps]) -> bool {
+    let is_same = |(a, b): (&ViewMaps, &ViewMaps)| {
+        a.filter == b.filter && a.nearest == b.nearest && a.curve == b.curve
+    };
+    a.len() == b.len() && a.iter().zip(b).all(is_same)
+}
+
+/// Maps with too few bytes for their nodes are those with fewer, or of nearest depth, and say so.
+#[test]
+fn curves_stay_within_their_budget() {
+    let of = |nodes: u32| match nodes {
+        0 => Scene {
+            shadow: ShadowSettings { receiver: Receiver::Nearest, ..discs(8).shadow },
+            ..discs(8)
+        },
+        _ => discs(nodes),
+    };
+    let texels: u64 =
+        shadow_views(&discs(8)).iter().map(|view| u64::from(view.size.element_product())).sum();
+    for (asked, given, curve_budget) in [
+        (8, 8, 64 * texels),
+        (8, 4, 64 * texels - 1),
+        (16, 4, 32 * texels),
+        (16, 0, 32 * texels - 1),
+    ] {
+        let mut scene = of(asked);
+        scene.shadow.curve_budget = curve_budget;
+        let (maps, counters) = reference::render_maps(&scene, &shadow_views(&scene));
+        assert_eq!(counters.nodes_dropped, u64::from(asked - given), "cpu, {asked}");
+        assert!(are_same(&maps, &cpu(&of(given))), "cpu, {asked}");
+        for tier in [Tier::Native, Tier::Core] {
+            let (frame, expected) = (map_frame(tier, &scene), map_frame(tier, &of(given)));
+            assert!(are_same(&frame.maps, &expected.maps), "{tier:?}, {asked}");
+            assert_eq!(frame.counters.nodes_dropped, u64::from(asked - given), "{tier:?}, {asked}");
+            let bytes: u64 = frame.memory.iter().filter(|it| it.0 == "curves").map(|it| it.1).sum();
+            // Without curves a texel is there for kernels that have a place for them.
+            let expected = (8 * u64::from(given) * texels).max(16);
+            assert!(
+                bytes == expected && bytes <= curve_budget,
+                "{tier:?}, {asked}: {bytes} for {expected}"
+            );
         }
     }
 }

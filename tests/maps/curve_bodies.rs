@@ -20,7 +20,8 @@ use gobo_scene::Scene;
 
 /// Rounding of a stored channel, of f16 in `F`, and of a depth in 16 bits.
 const ROUNDING: f32 = 2e-3;
-/// Bend of a ramp that is not split any more, and by how much its largest error exceeds that in its middle.
+/// Largest error of a ramp that is no longer split: its bend in the middle, and 5% because the maximum is
+/// beside the middle.
 const FLAT: f32 = 1.05 * 0.5 * MIN_BEND * MIN_BEND;
 
 fn middle(maps: &ViewMaps) -> usize {
@@ -45,8 +46,8 @@ fn bend(passed: Vec3) -> Vec3 {
     })
 }
 
-/// Largest error inside a body that is `count` ramps, a power of two: that of as many equal ones, in the
-/// channel that bends most, or less than is worth a node.
+/// Largest error inside a body of `count` ramps, a power of two: that of as many equal ramps in the most bent
+/// channel, or less than is worth a node.
 fn parts(passed: Vec3, count: u32) -> Vec3 {
     Vec3::splat(bend(passed.powf(1.0 / count as f32)).max_element().max(FLAT))
 }
@@ -71,7 +72,7 @@ fn volumes_are_ramps() {
         }
         scene.triangles.extend(floor(-3.0, WALL));
         let scene = curved(scene, 8);
-        // Fog above height z: along the light's axis, which the middle is next to.
+        // Fog above height z: along the light's axis, close to the middle.
         let fog_above = |z: f32| {
             let part = |low: f32, high: f32| (high - z.clamp(low, high)).max(0.0);
             part(3.0, 4.0) + part(0.0, 1.5) + part(-3.0, -2.0)
@@ -79,14 +80,14 @@ fn volumes_are_ramps() {
         for (maps, _) in all_maps(&scene) {
             for i in 0..140 {
                 let z = 4.4 - i as f32 * 0.0527;
-                // The end of the ray is where the light ends.
+                // The light ends at the end of the ray.
                 if (z + 3.0).abs() < 0.02 {
                     continue;
                 }
                 let inside = [(3.0, 4.0), (0.0, 1.5), (-3.0, -2.0)]
                     .iter()
                     .any(|&(low, high)| z < high + 0.02 && z > low - 0.02);
-                // Three bodies in eight nodes: each has two at least.
+                // Three bodies in eight nodes: each has at least two.
                 let half = through(1.5).powf(0.5);
                 let slack = if inside { bend(half) } else { Vec3::ZERO };
                 let is = light_at(&maps[0], Vec3::new(0.0, 0.0, z.max(-2.98)));
@@ -95,12 +96,12 @@ fn volumes_are_ramps() {
             let filter = Vec3::from_array(maps[0].filter[middle(&maps[0])]);
             near(filter, through(3.5), Vec3::ZERO, "F");
         }
-        // Wrong where the curve is a step: the check can fail.
+        // The check can fail: it is wrong at a step of the curve.
         assert!((through(1.0) - through(0.5)).abs().max_element() > 0.1);
     }
 }
 
-/// A light inside a fog, and a body whose back face comes before its front face in the sorted order.
+/// A light inside a fog, and a body whose back face precedes its front face in the sorted order.
 #[test]
 fn volumes_that_hold_the_light_begin_with_it() {
     let mut scene = stage(LightKind::Point { position: Vec3::new(0.0, 0.0, 2.0) });
@@ -120,7 +121,7 @@ fn volumes_that_hold_the_light_begin_with_it() {
     }
 }
 
-/// The filter equals that of nearest-depth mode behind everything, for any mixture.
+/// Behind everything, the filter equals that of nearest-depth mode for any mixture.
 #[test]
 fn the_filter_is_that_of_nearest_depth() {
     let mut scene = mixture();
@@ -156,7 +157,7 @@ fn the_filter_is_that_of_nearest_depth() {
     holds(Tier::Core, &scene, "bodies and over");
 }
 
-/// A puff absorbs along its chord; two overlapping ones each absorb their own share.
+/// A puff absorbs along its chord; two overlapping puffs each absorb their own share.
 #[test]
 fn puffs_are_ramps_that_may_overlap() {
     let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
@@ -178,7 +179,7 @@ fn puffs_are_ramps_that_may_overlap() {
         for i in 0..60 {
             let z = 1.3 - i as f32 * 0.05;
             let slack = bend(passed(0, -9.0)) + bend(passed(1, -9.0));
-            // The middle's ray passes half a texel from the centres: a chord a little shorter.
+            // The middle's ray passes half a texel from the centres: the chord is a little shorter.
             let is = light_at(&maps[0], Vec3::new(0.0, 0.0, z));
             near(is, passed(0, z) * passed(1, z), slack, &format!("{z}"));
         }
@@ -189,7 +190,7 @@ fn puffs_are_ramps_that_may_overlap() {
 }
 
 /// A dense body in a curve of its own, a fog and a puff: a receiver inside gets the exponential, as exactly
-/// as K ramps can hold it. One ramp is off by up to 0.32.
+/// as K ramps can express it. One ramp is off by up to 0.32.
 #[test]
 fn receivers_inside_a_dense_body_get_what_reaches_them() {
     assert_inside(&[8]);
@@ -232,7 +233,8 @@ fn assert_inside(nodes: &[u32]) {
     assert!(bend(of_soot).max_element() > 0.3);
 }
 
-/// Kernels split what the CPU reference splits, among other puffs and volumes; no body takes a hit's node.
+/// Kernels split the same bodies as the CPU reference, among other puffs and volumes; no body takes a hit's
+/// node.
 #[test]
 fn bodies_take_free_nodes_only() {
     let mut scene = discs(4);
@@ -245,7 +247,7 @@ fn bodies_take_free_nodes_only() {
     for (tier, nodes) in TIERS.into_iter().zip([4, 8]) {
         holds(tier, &curved(scene.clone(), nodes), "puffs and a fog");
     }
-    // Four puffs in four nodes, one behind another: between them, every light is exact.
+    // Four puffs in four nodes, one behind another: between them, all light is exact.
     let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
     let mut row = empty(vec![puff]);
     row.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Z })];
@@ -264,8 +266,8 @@ fn bodies_take_free_nodes_only() {
     }
 }
 
-/// Layers of `over` in order: each texel's light is that of the painter's algorithm; exact with few hits,
-/// in one segment and in many.
+/// Layers of `over` in order: each texel's light is that of the painter's algorithm; exact with few hits, in
+/// one segment and in many.
 #[test]
 fn over_is_composed_front_to_back() {
     let tints = [
@@ -296,7 +298,7 @@ fn over_is_composed_front_to_back() {
     }
 }
 
-/// More pairs on one tile than a segment holds: layers of one colour, fog among them.
+/// More pairs on one tile than a segment holds: layers of one colour, with fog among them.
 #[test]
 #[ignore = "many casters: make test-all"]
 fn segments_follow_each_other() {
@@ -350,7 +352,8 @@ fn reference_of_other_bodies_differ() {
     assert!(crate::maps::curve::share_apart(&cpu(&scene), &cpu(&puffs)) > 0.05);
 }
 
-/// A lamp in the middle of a body, and another body behind it; then both in a third, which holds the lamp, too.
+/// A lamp in the middle of a body, and another body behind it; then both in a third, which contains the lamp,
+/// too.
 #[test]
 fn a_lamps_own_bodies_end_where_the_light_leaves_them() {
     let colors = [Vec3::new(0.3, 0.6, 0.8), Vec3::new(0.8, 0.5, 0.3), Vec3::new(0.9, 0.7, 0.95)];

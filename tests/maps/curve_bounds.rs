@@ -1,4 +1,4 @@
-//! Curves of random hits beside closed forms, their bound, and what others store.
+//! Curves of random hits against closed forms, their bound, and other projects' formats.
 use crate::{
     common::scenes::Chance,
     curves::{Method, Rays, Sample},
@@ -42,7 +42,7 @@ fn apart(packed: &[[u32; 2]], hits: &[Hit], z: f32) -> f32 {
     (0..3).map(channel).fold(0.0, f32::max)
 }
 
-/// Depths that no rounding of a hit's depth reaches.
+/// Depths outside the rounding of all hits' depths.
 fn clear_depths(hits: &[Hit]) -> impl Iterator<Item = f32> {
     let near = |z: f32| hits.iter().any(|hit| (hit.0 - z).abs() <= 2.0 * DEPTH_ROUNDING);
     (0..997).map(|i| (i as f32 + 0.5) / 997.0).filter(move |&z| !near(z))
@@ -65,14 +65,14 @@ fn curves_beat_what_others_store() {
             assert!(mean <= share * fourier.mean, "{rays:?} {method:?}: {mean} {fourier:?}");
             assert!(mean <= 0.25 * moments.mean, "{rays:?} {method:?}: {mean} {moments:?}");
         }
-        // More nodes are better, and none are exact: the comparison can fail.
+        // More nodes are better, and no number is exact: the comparison can fail.
         let of = |nodes| sample.error(Method::Curve(nodes)).mean;
         assert!(of(16) < of(8) && of(8) < of(4), "{rays:?}");
         assert!(sample.error(Method::Nearest).mean > 2.0 * fourier.mean, "{rays:?}");
     }
 }
 
-/// The competing methods are implemented correctly: they are exact where their papers say so.
+/// The competing methods are implemented correctly: they are exact where their papers claim it.
 #[test]
 fn rivals_are_honest() {
     let hits = random_hits(6, 3);
@@ -123,7 +123,7 @@ fn mixed(hits: &[Hit], chance: &mut Chance) -> Vec<Hit> {
     mixed
 }
 
-/// Up to K hits have a node each, whatever their order, and the order of nodes changes nothing.
+/// Up to K hits have a node each, in any order, and the order of nodes has no effect.
 #[test]
 fn two_walks_are_exact_in_any_order() {
     let mut chance = Chance::new(3);
@@ -150,7 +150,7 @@ fn two_walks_are_exact_in_any_order() {
     }
 }
 
-/// Of hits in order, the error is at most the light lost in one node, and light never grows.
+/// For hits in order, the error is at most the light lost in one node, and light never grows.
 #[test]
 fn the_bound_of_two_walks_holds() {
     for (count, seed) in [(9, 1), (12, 2), (17, 3), (30, 3), (100, 4), (300, 5), (300, 6)] {
@@ -201,8 +201,8 @@ fn the_bound_holds() {
     }
 }
 
-/// Steps and ramps that overlap, some of them late: at each depth the error is at most the light lost in the node there
-/// and in the next.
+/// Overlapping steps and ramps, some of them late: at each depth the error is at most the light lost in the
+/// node there and in the next.
 #[test]
 fn the_bound_holds_where_ramps_overlap() {
     let mut chance = Chance::new(31);
@@ -240,7 +240,7 @@ fn the_bound_holds_where_ramps_overlap() {
                 })
                 .product();
             let worst = (light_at(&packed, z, false) - exact).abs().max_element();
-            // The node in or behind whose start the depth is, and the next; unused ones come first.
+            // The depth's node, at or after whose start it is, and the next one; unused ones come first.
             let begun = |node: &[u32; 2]| ((node[0] >> 16) as f32) < z * DEPTHS;
             let next = packed.iter().take_while(|node| begun(node)).count();
             let around = [next.checked_sub(1).map_or(0.0, loss), loss(next)];

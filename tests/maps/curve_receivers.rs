@@ -33,7 +33,7 @@ fn stairs(clear: bool) -> Scene {
     let tint = |tint: [f32; 4]| if clear { Vec4::ONE } else { tint.into() };
     let pane = |own| Material { tint: tint(own), ..material(Transfer::Filter) };
     let mut materials: Vec<_> = TINTS.map(pane).into();
-    // White: seen, and no filter.
+    // White: visible, but not filtering.
     materials.push(Material { profile: Profile::Flat, ..material(Transfer::Filter) });
     let mut scene = empty(materials);
     scene.lights = vec![light(LightKind::Directional { direction: Vec3::NEG_Y })];
@@ -98,7 +98,7 @@ fn a_particle_gets_the_panes_before_it_and_no_others() {
             let bias = 0.002 / (map.view.far - map.view.near);
             let is = curve.light_at(texel, z - bias);
             assert!((is - light).abs().max_element() <= LIGHT_ROUNDING, "{id}: {is} {light}");
-            // The picture: its colour without panes, times their transmittance.
+            // In the picture: its colour without panes, times the panes' transmittance.
             let p = camera.view_from_world.transform_point3(stair(id));
             let at = Vec2::new(p.x, -p.y) * (camera.scale / -p.z) + camera.size.as_vec2() * 0.5;
             let pixel = at.y as usize * 480 + at.x as usize;
@@ -117,8 +117,8 @@ fn linear(level: u8) -> f32 {
     (0..4000).map(|i| i as f32 / 4000.0).find(|&v| to_screen(Vec3::splat(v))[0] >= level).unwrap()
 }
 
-/// Large triangles that cross: sorted by their nearest corner, their hits come in another order in each
-/// texel.
+/// Large triangles that intersect: they are sorted by their nearest corner, and their hits have another order
+/// in each texel.
 #[test]
 fn crossing_triangles_are_in_order_in_every_texel() {
     let mut chance = Chance::new(21);

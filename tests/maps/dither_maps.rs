@@ -145,8 +145,8 @@ fn the_pattern_lies_still_when_the_view_snaps() {
     }
 }
 
-/// Largest share of its texels that change when a caster of 50% moves by a fraction of a texel:
-/// `hashed` moves with it, so a texel changes only where a cell's border passes over it.
+/// Largest share of its texels that change when a caster of 50% moves by a fraction of a texel: `hashed`
+/// moves with it, so a texel changes only when a cell's border crosses it.
 #[test]
 fn a_moving_hashed_caster_changes_few_texels() {
     let view = flat_view(64, 8.0);
@@ -234,7 +234,7 @@ fn segments_draw_what_the_reference_does() {
     stack.particles = (0..6_000)
         .map(|id| {
             let center = Vec3::new(0.0, 0.0, -(id as f32) * 1e-4);
-            // Subnormal halves, below 6e-5, differ between devices.
+            // Subnormal half floats, below 6e-5, differ between devices.
             let alpha = if id == 5_500 { 0.5 } else { 1e-4 };
             gobo::model::Particle { id, ..particle(center, 0.6, Vec4::new(1.0, 1.0, 1.0, alpha)) }
         })
@@ -248,13 +248,12 @@ fn segments_draw_what_the_reference_does() {
     }
 }
 
-/// Share of the texels of panes of opacity `a`, one behind the other, that let the light through;
-/// the panes cover the map.
+/// Share of the light that passes panes of opacity `a`, one behind the other; the panes cover the map.
 fn share_through(maps: &[f32]) -> f64 {
     maps.iter().filter(|z| **z == 1.0).count() as f64 / maps.len() as f64
 }
 
-/// Half edge of what fills a window of 4 m but for its margin, which is stepped up to that [m].
+/// Half edge of casters that fill a window of 4 m except its margin [m].
 const FITTING: f32 = 1.96;
 
 fn stack(pattern: Pattern, a: f32, ids: &[u32]) -> Scene {
@@ -286,7 +285,7 @@ fn two_layers_in_the_map_let_a_quarter_through() {
     }
 }
 
-/// A mean over many casters, because a single one of `checkerboard` picks a level.
+/// A mean over many casters, because a single `checkerboard` caster picks a level.
 #[test]
 fn fading_panes_vanish_from_the_map_without_a_step() {
     for pattern in Pattern::ALL {

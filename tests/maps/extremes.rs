@@ -1,5 +1,5 @@
-//! Scenes at the limits of validity: every scene that is read keeps what [`Scene`] promises of its numbers,
-//! and every view can project.
+//! Scenes at the limits of validity: every scene that is read keeps the promises of [`Scene`] about its
+//! numbers, and every view can project.
 use crate::common::{
     Tier,
     files::{Folder, read, read_with},
@@ -65,7 +65,7 @@ fn sound(scene: &Scene) -> Result<(), String> {
         check(color.min_element() >= 0.0 && color.max_element() <= most, p)?;
     }
     for t in &scene.triangles {
-        // The floor of a bare file is wider than the file's own things.
+        // The floor of a bare file is wider than the file's contents.
         check(t.positions.into_iter().all(|p| near(p, 1e8)), t)?;
         check(t.normals.into_iter().all(|n| near(n, 1.0 + 1e-5)), t)?;
         check((t.material as usize) < scene.materials.len(), t)?;
@@ -146,7 +146,7 @@ fn valid_extremes() {
     assert!(read(&beyond).unwrap_err().to_string().contains("beyond 1e7 m"));
 }
 
-/// Planes before all casters change depths, and nothing else.
+/// Planes in front of all casters change depths, and nothing else.
 #[test]
 fn the_first_plane_of_a_sun_may_be_behind_its_light() {
     let scene = read(BASE).unwrap();
@@ -259,7 +259,7 @@ fn textures_that_lie() {
     };
     assert_eq!(with(&png).unwrap().textures[0].rgba.len(), 8 * 8 * 4);
     let mut huge = png.clone();
-    // Width and height of a PNG, and their checksum, which readers may look at first or last.
+    // Width and height of a PNG, and their checksum, which readers may check first or last.
     huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
     for bytes in [&huge[..], &png[..png.len() / 2], &png[..8], b"", b"no image at all"] {
         assert!(with(bytes).unwrap_err().to_string().contains("lies.png"));

@@ -13,13 +13,13 @@ use gobo::{
 use gobo_reference::render_maps;
 use gobo_scene::Scene;
 
-/// Largest change by permuting casters: 2^-10.
+/// Largest change when casters are permuted: 2^-10.
 const PROMISED: f64 = 1.0 / 1024.0;
 /// A step of 16-bit filters from 1/2 to 1, as drivers may truncate, and a tenth of it. If each of `COUNT`
 /// casters lost the rounding of `1 - ALPHA`, the error would be larger.
 const STORAGE: f64 = 1.1 / 2048.0;
-/// Largest difference of a curve of 8 nodes from half the light lost evenly: its ramps are straight, and
-/// 12 bits hold a channel. Lost casters would be 0.06 to 0.5.
+/// Largest difference of a curve of 8 nodes when half the light is lost evenly: its ramps are straight, and a
+/// channel has 12 bits. Lost casters would be 0.06 to 0.5.
 const CURVE: f64 = 0.01;
 const COUNT: u32 = 40_000;
 /// Halfway between two 32-bit floats when it is subtracted from 1.
@@ -51,7 +51,7 @@ fn middle(maps: &ViewMaps) -> [f64; 3] {
     maps.filter[size / 2 * size + size / 2].map(f64::from)
 }
 
-/// Checks CPU reference and tiers, with capacity for all pairs, for those of most casters and for none.
+/// Checks CPU reference and tiers, with capacity for all pairs, for those of most casters, and for none.
 fn assert_passes(scene: &Scene, absorbed: [f64; 3], tolerance: f64) {
     let count = scene.particles.len() as f64;
     let expected = absorbed.map(|x| (count * (-x).ln_1p()).exp());
@@ -128,8 +128,8 @@ fn faint_puffs_add_up() {
     assert_passes(&scene, absorbed, STORAGE);
 }
 
-/// Checks the curves of CPU reference and tiers at three depths, and the filter, for casters below and above the
-/// opacity from which one alone has a place in a curve.
+/// Checks the curves of CPU reference and tiers at three depths, and the filter, for casters below and above
+/// the opacity from which a single one has a place in a curve.
 fn assert_curves_pass(look: &Material, profile: f64) {
     for (count, alpha) in [(6_000, 1.2e-4), (8_000, 1e-5)] {
         let mut scene = veils(look.clone(), count, alpha);
@@ -180,7 +180,7 @@ fn filters_beside_curves_add_up() {
     }
 }
 
-/// Casters that are nearly white take the little that they take: records keep 1 - c to a thousandth.
+/// Nearly white casters absorb their small share: records store 1 - c to a thousandth.
 #[test]
 fn nearly_white_casters_keep_their_colour() {
     const COUNT: u32 = 20_000;

@@ -1,4 +1,4 @@
-//! What surfaces send on to their far side, diffusely: shadows and pictures against Lambert's law.
+//! Diffuse transmission of surfaces: shadows and pictures against Lambert's law.
 use crate::common::{Tier, files::read, reference_picture, render, renderer, tiers};
 use gobo::{
     glam::Vec3,
@@ -15,14 +15,17 @@ const LEAF: &str = "transfer = 'opaque'\ntint = [0.8, 0.8, 0.8, 1]\ndiffuse_tran
                     diffuse_transmission_color = [0.5, 1, 0.25]";
 const SHEET: &str = "kind = 'plane'\nscale = [12, 1, 12]";
 
-/// A light at an angle over a leaf, seen from straight above or below; the rest is dark.
+/// A light at an angle over a leaf, seen from straight above or below, in the dark.
 fn lit(angle: f64, leaf: &str, shape: &str, eye: &str) -> Scene {
     let (sin, cos) = angle.to_radians().sin_cos();
     let toml = format!(
-        "[camera]\neye = {eye}\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nfov_y = 2\nsize = [16, 16]\nsamples = 1\n\
-         occlusion = false\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 256\n\
+        "[camera]\neye = {eye}\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nfov_y = 2\nsize = [16, 16]\n\
+         samples = 1\n\
+         occlusion = false\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\n\
+         size = 256\n\
          [[light]]\nkind = 'directional'\nintensity = 2\ndirection = [{sin}, {}, 0]\n\
-         [[material]]\nname = 'leaf'\nroughness = 1\n{leaf}\n[[shape]]\nname = 'leaf'\nmaterial = 'leaf'\n{shape}\n\
+         [[material]]\nname = 'leaf'\nroughness = 1\n{leaf}\n[[shape]]\nname = 'leaf'\n\
+         material = 'leaf'\n{shape}\n\
          [[material]]\nname = 'ground'\ntransfer = 'opaque'\n\
          [[shape]]\nkind = 'plane'\nmaterial = 'ground'\nscale = [14, 1, 14]\ntranslation = [0, -20, 0]\n",
         -cos
@@ -45,12 +48,12 @@ fn assert_near(found: [f32; 3], wanted: [f64; 3], most: f64, what: &str) {
     assert!(apart.fold(0.0, f64::max) < most, "{what}: {found:?}, not {wanted:?}");
 }
 
-/// Pictures of the middle pixel.
+/// The middle pixel of pictures.
 fn seen(scene: &Scene) -> [[f32; 3]; 2] {
     [reference_picture(scene), render(Tier::Native, scene).picture].map(|it| it.light[8 * 16 + 8])
 }
 
-/// All that passes falls in the shadow: of a sheet that covers the sky above a point nothing else arrives there.
+/// All transmitted light falls into the shadow: under a sheet that covers the sky, no other light arrives.
 #[test]
 fn shadows_have_the_colour_of_what_passes() {
     let passes = COLOR.map(|c| SHARE * c);
@@ -82,7 +85,7 @@ fn both_sides_scatter_their_shares() {
         for found in seen(&lit(angle, LEAF, SHEET, "[0, -9, 0]")) {
             assert_near(found, far, 2e-3, "the far side");
         }
-        // As a surface whose albedo is what stays.
+        // Like a surface whose albedo is the remaining share.
         let plain = "transfer = 'opaque'\ntint = [0.48, 0.48, 0.48, 1]";
         let [wanted, _] = seen(&lit(angle, plain, SHEET, "[0, 9, 0]"));
         assert!(f64::from(wanted[0]) > 0.9 * (1.0 - SHARE) * ALBEDO * arrives);
@@ -92,7 +95,7 @@ fn both_sides_scatter_their_shares() {
     }
 }
 
-/// Light of all directions comes from behind, too.
+/// Light from all directions comes from behind, too.
 #[test]
 fn ambient_light_passes() {
     let mut scene = lit(0.0, LEAF, SHEET, "[0, -9, 0]");
@@ -109,8 +112,10 @@ fn ambient_light_passes() {
 fn a_lampshade_shines_evenly() {
     for receiver in ["curve", "nearest"] {
         let toml = format!(
-            "[camera]\neye = [0, 0, 12]\ntarget = [0, 0, 0]\nfov_y = 22\nsize = [64, 64]\nsamples = 1\nocclusion = false\n\
-             [environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 256\nreceiver = '{receiver}'\n\
+            "[camera]\neye = [0, 0, 12]\ntarget = [0, 0, 0]\nfov_y = 22\nsize = [64, 64]\nsamples = 1\n\
+             occlusion = false\n\
+             [environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 256\n\
+             receiver = '{receiver}'\n\
              [[light]]\nkind = 'point'\nposition = [0, 0, 0]\nintensity = 8\nnear = 0.05\n\
              [[material]]\nname = 'leaf'\n{LEAF}\n\
              [[shape]]\nkind = 'sphere'\nmaterial = 'leaf'\nscale = [4, 4, 4]\nlevel = 5\n"
@@ -134,11 +139,12 @@ fn a_lampshade_shines_evenly() {
     }
 }
 
-/// Shadows go with what casts them.
+/// Shadows move with their casters.
 #[test]
 fn what_moves_takes_its_shadow_along() {
     let mut scene = lit(0.0, LEAF, "kind = 'plane'\nscale = [2, 1, 2]", "[0, 9, 0]");
-    let toml = "[[animate]]\ntarget = 'shape.leaf.translation'\ntimes = [0, 1]\nvalues = [[0, 0, 0], [4, 0, 0]]\n";
+    let toml = "[[animate]]\ntarget = 'shape.leaf.translation'\ntimes = [0, 1]\n\
+        values = [[0, 0, 0], [4, 0, 0]]\n";
     assert!(scene.motions.is_empty());
     let text = format!(
         "[[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\n[[material]]\nname = 'leaf'\n{LEAF}\n\
@@ -176,7 +182,7 @@ fn keys_that_do_not_fit_are_refused() {
     );
     let error = read(&grains).unwrap_err().to_string();
     assert!(error.contains("far side"), "{error}");
-    // The library's hosts.
+    // Through the library's host interface.
     let mut scene = lit(0.0, LEAF, SHEET, "[0, 9, 0]");
     scene.materials.push(Material { far_side: Some(99), ..Material::default() });
     let point = [ReceiverPoint { position: Vec3::ZERO, normal: Vec3::ZERO }];

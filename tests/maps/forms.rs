@@ -1,5 +1,6 @@
-//! Kernels as on a GPU, where workgroups sort and bin, an invocation holds one texel, and workgroup and private memory
-//! what it inserts into, beside those of software adapters, which hold columns of texels in registers: the same bits.
+//! Kernels for GPUs and kernels for software adapters give the same bits: on a GPU workgroups sort and bin,
+//! an invocation has one texel, and insertion uses workgroup and private memory; on software adapters
+//! registers hold columns of texels.
 use super::{curve, parts};
 use crate::common::{Tier, gpu, tiers};
 use gobo::{
@@ -8,7 +9,7 @@ use gobo::{
     stage::{
         bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
         buckets::BUCKET_PAIRS,
-        sort::Shape,
+        sort::Partition,
     },
 };
 use gobo_picture::{RenderOptions, Renderer};
@@ -17,9 +18,9 @@ use gobo_scene::Scene;
 fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
     renderer.configure(|config| {
-        config.profile.columns = columns;
-        config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
-        config.profile.bucket_pairs = if columns { 0 } else { BUCKET_PAIRS };
+        config.tuning.columns = columns;
+        config.tuning.partition = if columns { Partition::Serial } else { Partition::Wide };
+        config.tuning.bucket_pairs = if columns { 0 } else { BUCKET_PAIRS };
     });
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let frame = renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"));
@@ -34,17 +35,17 @@ pub(super) fn assert_forms_agree(name: &str, scene: &Scene) {
     }
 }
 
-/// Maps of discs with segments of so many pairs, and the number of segments.
+/// Maps of discs with segments of `length` pairs, and the number of segments.
 fn maps_of_segments(tier: Tier, scene: &Scene, length: u32) -> (Vec<ViewMaps>, u64) {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
-    renderer.configure(|config| config.profile.disc_segment = length);
+    renderer.configure(|config| config.tuning.disc_segment = length);
     let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
     let frame = renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}"));
     (frame.maps, frame.counters.segments)
 }
 
-/// Each segment rounds its sum to a step of 2^-16 in optical depth, and the map the product to a half: two neighbours
-/// below 1 are 2^-11 apart. Depths are the same.
+/// Each segment rounds its sum to a step of 2^-16 in optical depth, and the map the product to a half float:
+/// two neighbours below 1 are 2^-11 apart. Depths are the same.
 #[test]
 fn short_segments_of_discs_only_round() {
     const STEP: f32 = 1.0 / 2048.0;

@@ -1,4 +1,5 @@
-//! What panes and faces of glass reflect: maps, look-ups and pictures against Fresnel's formulas in sines and tangents.
+//! Reflection of panes and faces of glass: maps, look-ups and pictures against Fresnel's formulas in sines
+//! and tangents.
 use crate::common::{Tier, files::read, map_frame, reference_picture, render, renderer, tiers};
 use gobo::{
     glam::Vec3,
@@ -11,7 +12,7 @@ use gobo_scene::Scene;
 
 const INDEX: f64 = 1.5;
 const ANGLES: [f64; 4] = [0.0, 45.0, 60.0, 80.0];
-/// Of halves near 1, and of normals in 16 bits at steep angles.
+/// Rounding of half floats near 1, and of normals in 16 bits at steep angles.
 const ROUNDING: f64 = 2e-3;
 
 /// Reflectance of both polarisations, at an angle to the normal [radians].
@@ -26,12 +27,12 @@ fn reflected(index: f64, angle: f64) -> [f64; 2] {
     [across * across, along * along]
 }
 
-/// What one face lets through.
+/// Transmittance of one face.
 fn face(index: f64, angle: f64) -> f64 {
     1.0 - reflected(index, angle).iter().sum::<f64>() / 2.0
 }
 
-/// What a pane lets through: the sum over how often light is reflected back and forth inside.
+/// Transmittance of a pane: the sum over all internal reflections.
 fn pane(index: f64, angle: f64) -> f64 {
     let passed = |r: f64| (0..60).map(|k| (1.0 - r).powi(2) * r.powi(2 * k)).sum::<f64>();
     reflected(index, angle).map(passed).iter().sum::<f64>() / 2.0
@@ -86,7 +87,7 @@ fn panes_and_bodies_lose_what_they_reflect() {
         assert_passes(&thin, pane(INDEX, radians), &format!("pane, {what}"));
         let closed = lit(angle, "ior = 1.5", SLAB);
         assert_passes(&closed, face(INDEX, radians).powi(2), &format!("slab, {what}"));
-        // A surface of water, and glass that absorbs as well.
+        // A surface of water, and glass that also absorbs.
         let water = lit(angle, "ior = 1.33", SHEET);
         assert_passes(&water, face(1.33, radians), &format!("water, {what}"));
         let keys = "ior = 1.5\nattenuation_color = [0.5, 0.5, 0.5]\nattenuation_distance = 0.1";
@@ -98,7 +99,7 @@ fn panes_and_bodies_lose_what_they_reflect() {
     assert!((1.0 - face(INDEX, 0.0) - 0.04).abs() < 1e-4, "one face");
 }
 
-/// The colour takes the share, in whatever transfer.
+/// The share multiplies the colour in every transfer.
 #[test]
 fn transfers_take_the_share_as_colour() {
     let share = pane(INDEX, 0.0);
@@ -115,7 +116,7 @@ fn transfers_take_the_share_as_colour() {
     }
 }
 
-/// A lamp's rays meet a pane at an angle of their own each, also within a triangle; in curves, too.
+/// Each of a lamp's rays meets a pane at its own angle, even in one triangle; in curves, too.
 #[test]
 fn lamps_meet_panes_at_many_angles() {
     for receiver in ["nearest", "curve"] {
@@ -159,7 +160,7 @@ fn without_an_index_nothing_is_reflected() {
     let error = read(wrong).unwrap_err().to_string();
     assert!(error.contains("thin") && error.contains("ior"), "{error}");
     assert_eq!(Material::default().fresnel, Fresnel::None);
-    // The library's hosts.
+    // Through the library's host interface.
     let mut scene = lit(0.0, "ior = 1.5", SHEET);
     let point = [ReceiverPoint { position: Vec3::ZERO, normal: Vec3::ZERO }];
     for fresnel in [f32::NAN, 0.5, 3.5].map(|ior| Fresnel::Face { ior }) {
@@ -169,7 +170,8 @@ fn without_an_index_nothing_is_reflected() {
     }
 }
 
-/// The eye sees through a pane what the pane does not mirror at the eye's angle, and the picture loses no light twice.
+/// The eye sees through a pane the light that the pane does not mirror at the eye's angle, and the picture
+/// loses no light twice.
 #[test]
 fn the_picture_loses_the_same_share() {
     for (angle, shape, keys) in
@@ -182,9 +184,11 @@ fn the_picture_loses_the_same_share() {
                  [environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n[shadow]\nsize = 16\n\
                  [[light]]\nkind = 'point'\nposition = [0, 50, 0]\nintensity = 0\n\
                  [[material]]\nname = 'glass'\ntransmission = 1\n{ior}\n\
-                 [[material]]\nname = 'wall'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\nemission = [1, 1, 1]\n\
+                 [[material]]\nname = 'wall'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\n\
+                 emission = [1, 1, 1]\n\
                  [[shape]]\nkind = '{shape}'\nmaterial = 'glass'\nscale = [9, 9, 1]\n\
-                 [[shape]]\nkind = 'pane'\nmaterial = 'wall'\ntranslation = [0, 0, -1]\nscale = [90, 90, 1]\n",
+                 [[shape]]\nkind = 'pane'\nmaterial = 'wall'\ntranslation = [0, 0, -1]\n\
+                 scale = [90, 90, 1]\n",
                 sin * 9.0,
                 cos * 9.0
             );

@@ -1,4 +1,4 @@
-//! Hundreds of Gaussians in each other: what each loses at its end, and to rounding, adds up.
+//! Hundreds of intersecting Gaussians: each one's loss at its end, and by rounding, adds up.
 use super::gaussians::{kinds, medium, splats};
 use crate::common::{
     TIERS, Tier,
@@ -76,7 +76,7 @@ fn truth(scene: &Scene) -> Vec<Vec<ExpectedTexel>> {
     shadow_views(scene).iter().map(|view| render(scene, view)).collect()
 }
 
-/// Maps of a tier, whose walks collect splats in a queue or not.
+/// Maps of a tier; `queued`: whether its walks collect splats in a queue.
 fn maps(tier: Tier, scene: &Scene, queued: bool) -> Vec<ViewMaps> {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
     renderer.configure(|config| config.toggles.queued &= queued);
@@ -109,7 +109,7 @@ fn crowds_of_gaussians_agree_with_64_bits() {
     }
 }
 
-/// Kernels of splats alone, of both tiers, with an opaque caster among them or without.
+/// Kernels for splats alone, on both tiers, with and without an opaque caster among them.
 #[test]
 fn splats_agree_with_64_bits_in_every_walk() {
     for kind in kinds() {

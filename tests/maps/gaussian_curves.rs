@@ -11,8 +11,8 @@ use gobo_scene::Scene;
 
 const DEPTHS: u32 = 24;
 
-/// Ray through a texel's centre, by the inverse of the view's matrix: where it starts, how it goes on per metre
-/// along the axis, and how far along the axis light depths 0 and 1 are.
+/// Ray through a texel's centre, by the inverse of the view's matrix: its start, its step per metre along the
+/// axis, and the distances along the axis of light depths 0 and 1.
 pub(super) fn ray(view: &View, texel: [u32; 2]) -> (DVec3, DVec3, [f64; 2]) {
     let world = view.view_from_world.as_dmat4().inverse();
     let half = view.size.as_dvec2() * 0.5;
@@ -65,7 +65,7 @@ fn in_curve_mode(mut scene: Scene) -> Scene {
     scene
 }
 
-/// One medium: the fitted ramp, whatever its optical depth.
+/// One medium has the fitted ramp at any optical depth.
 #[test]
 fn a_medium_is_its_fitted_ramp() {
     for (density, bound) in
@@ -87,7 +87,7 @@ fn a_medium_is_its_fitted_ramp() {
     }
 }
 
-/// Many in each other: merges and ramps together.
+/// Many intersecting Gaussians: merges and ramps together.
 #[test]
 fn curves_of_gaussians_agree_in_the_mean() {
     let looks: [fn() -> Material; 2] = [|| splats(Transfer::Filter), || medium(2.0)];

@@ -20,7 +20,7 @@ use gobo::{
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene::Scene;
 
-/// Splats, media and discs in each other, under lights of every kind.
+/// Intersecting splats, media and discs, under lights of all kinds.
 fn mixture() -> Scene {
     let mut scene = lit_by(
         kinds()[2],
@@ -45,7 +45,7 @@ fn gaussians_past_the_budget_change_nothing() {
     assert_budget_does_not_matter("Gaussians", &scene);
 }
 
-/// Where there is no room, casters are scattered: rounded to a 65,536th of an optical depth each.
+/// Casters without room for their pairs are scattered: each is rounded to a 65,536th of an optical depth.
 #[test]
 fn scattered_gaussians_are_the_same_up_to_rounding() {
     let mut scene = mixture();
@@ -125,7 +125,7 @@ fn cut_out_gaussians_block_an_ellipse() {
     }
 }
 
-/// Far beyond what files contain: nothing is NaN, every tile has what it needs, and both sides agree.
+/// Far beyond the contents of files: nothing is NaN, every tile gets its Gaussians, and both sides agree.
 #[test]
 fn extreme_gaussians_agree() {
     for kind in kinds() {
@@ -166,7 +166,7 @@ fn extreme_gaussians_agree() {
                     assert!(found.max_element() <= 1.0);
                     apart += u32::from((found - expected).abs().max_element() > 4e-3);
                 }
-                // Flat ones seen from their edge are decided by rounding.
+                // Rounding decides for flat ones seen edge-on.
                 assert!(f64::from(apart) <= 0.01 * found.filter.len() as f64, "{kind:?}: {apart}");
             }
         }

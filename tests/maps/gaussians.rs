@@ -1,4 +1,4 @@
-//! Gaussians: the CPU reference and the kernels against 64 bits from the definition.
+//! Gaussians: the CPU reference and the kernels against the definition in 64 bits.
 use crate::common::{
     Tier,
     brute_force::render,
@@ -15,7 +15,7 @@ use gobo::{
 use gobo_reference::render_maps;
 use gobo_scene::Scene;
 
-/// What ends beyond the last 8192th of each, and 16-bit colours; depths in 32 bits.
+/// Cut-off of each at its last 8192th, and 16-bit colours; depths in 32 bits.
 const TOLERANCE: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.02 };
 /// A medium's thickness is stored in 16 bits.
 const OF_MEDIA: Tolerance = Tolerance { undecided: 0.1, ..TOLERANCE };
@@ -25,7 +25,7 @@ pub(super) fn kinds() -> [LightKind; 3] {
     [
         LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() },
         LightKind::Spot { position, direction: -position.normalize(), angle: 0.9 },
-        // Among them: every face of the cube sees some, and some cross its seams.
+        // Among the Gaussians: every face of the cube sees some, and some cross its seams.
         LightKind::Point { position: Vec3::new(0.1, 0.2, -0.1) },
     ]
 }
@@ -120,7 +120,7 @@ fn gaussian_media_agree_with_quadrature() {
     }
 }
 
-/// Every transfer of splats, discs, a pane of glass and opaque triangles.
+/// All transfers of splats, with discs, a pane of glass and opaque triangles.
 #[test]
 fn gaussians_mix_with_all_other_casters() {
     for kind in kinds() {
@@ -139,7 +139,7 @@ fn gaussians_mix_with_all_other_casters() {
         for (gaussian, material) in scene.gaussians.iter_mut().zip((0..4).cycle()) {
             gaussian.material = material;
             if material == 1 {
-                // Outside it a stain would end at an edge.
+                // With another colour, a stain would end at an edge.
                 gaussian.color = Vec3::ONE;
             }
         }
@@ -176,7 +176,7 @@ fn a_gaussian_left_out_or_turned_is_noticed() {
     assert!(differs(&turned));
 }
 
-/// Smaller than a texel: enlarged and thinned, so that the shadow's sum is the splat's: opacity times
+/// Smaller than a texel: enlarged, with less opacity, so that the shadow's sum is the splat's: opacity times
 /// `2 pi sigma^2`.
 #[test]
 fn gaussians_below_a_texel_conserve_light() {
@@ -202,13 +202,13 @@ fn gaussians_below_a_texel_conserve_light() {
                 ..Gaussian::default()
             });
         }
-        // Of an optical depth of 1: the exponential integral, the sum of -(-1)^n / (n n!).
+        // For an optical depth of 1: the exponential integral, the sum of -(-1)^n / (n n!).
         let mean = if is_medium { 0.796_599_599 } else { 1.0 };
         let area = std::f64::consts::TAU * f64::from(sigma * sigma) * f64::from(CELLS * CELLS);
         for maps in all_maps(&scene) {
             let shadow: f64 = maps[0].filter.iter().map(|f| 1.0 - f64::from(f[0])).sum();
             let share = shadow / (area * mean);
-            // What ends at a 256th, and light in 16 bits.
+            // Cut-off at a 256th, and light in 16 bits.
             assert!((share - 1.0).abs() < 0.02, "{sigma}, {is_medium}: {share}");
         }
     }

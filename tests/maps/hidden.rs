@@ -79,7 +79,7 @@ fn is_behind(triangles: &[[Vec3; 3]], view: &GpuView, point: DVec3) -> bool {
     })
 }
 
-/// Checks points of each box, and of the enlargement of `project` at its border.
+/// Checks points of each box, and of the enlargement by `project` at its border.
 #[test]
 fn what_is_hidden_is_behind_opaque_triangles() {
     let mut chance = Chance::new(11);
@@ -120,7 +120,7 @@ fn what_is_hidden_is_behind_opaque_triangles() {
         }
     }
     eprintln!("{hidden} of {whole} hidden, {seen} are not found");
-    // Most boxes are behind several surfaces, behind one's edge, or outside the map.
+    // Most boxes are behind several surfaces, or cross a surface's or the map's border.
     assert!(hidden > 1000, "{hidden} hidden of {whole} behind something");
 }
 
@@ -183,9 +183,9 @@ fn surfaces_that_are_not_drawn_whole_hide_nothing() {
     assert!(hides(&[first, second]));
     assert!(hides(&[second, first]));
     assert!(hides(&[[first[1], first[2], first[0]], [second[2], second[1], second[0]]]));
-    // Each triangle alone leaves half of the box to the other.
+    // Each triangle alone leaves half of the box uncovered.
     assert!(!hides(&[first]) && !hides(&[second]));
-    // A hair's breadth apart, texels may fall between them.
+    // With a hair's breadth between them, texels may fall through the gap.
     let apart = second.map(|corner| corner + Vec3::new(-1e-6, 0.0, 1e-6));
     assert!(!hides(&[first, apart]));
     // Folded along the diagonal, the pair is not planar.
@@ -257,7 +257,7 @@ fn smoke_below_a_ground_is_hidden() {
         if !is_first {
             continue;
         }
-        // Curves hang on the number of pairs.
+        // Curves depend on the number of pairs.
         scene.shadow.receiver = Receiver::Curve;
         assert_eq!(hidden(&mut renderer, &scene), 0);
         scene.shadow.receiver = Receiver::Nearest;
@@ -272,10 +272,10 @@ fn smoke_below_a_ground_is_hidden() {
     }
 }
 
-/// Opaque and dithered boxes below the ground and next to it, near and far, and tiny ones.
+/// Opaque and dithered boxes below the ground and beside it, near and far, and tiny ones.
 #[test]
 fn opaque_casters_below_a_ground_are_hidden() {
-    // Each tier makes the kernels of half of them.
+    // Each tier tests half of the kernels.
     let modes = [
         [(1, false, false, Receiver::Nearest), (2, true, true, Receiver::Nearest)],
         [(3, true, false, Receiver::Nearest), (4, false, false, Receiver::Curve)],
@@ -314,7 +314,7 @@ fn a_volume_is_never_hidden() {
     assert_eq!(hidden(&mut renderer, &scene), 0);
 }
 
-/// A map is kept while only hidden casters move, and is rendered when they come out.
+/// A map is kept while only hidden casters move, and is rendered when they appear.
 #[test]
 fn maps_stay_while_only_what_is_hidden_moves() {
     let mut renderer = renderers().next().expect("there are tiers");
@@ -339,7 +339,7 @@ fn maps_stay_while_only_what_is_hidden_moves() {
     let fresh = rendered(&mut renderers().next().expect("there are tiers"), &scene, false);
     let same = frame.maps.iter().zip(&fresh.maps).all(|(a, b)| a.filter == b.filter);
     assert!(same, "it is the map of what came out");
-    // Without the ground all is seen.
+    // Without the ground everything is visible.
     scene.triangles[0].positions[1].y = 3.0;
     let (count, _) = rendered_views(&mut renderer, &scene);
     assert!(count >= 3, "{count}");

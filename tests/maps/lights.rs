@@ -24,7 +24,7 @@ const DOWN: LightKind = LightKind::Directional { direction: Vec3::NEG_Y };
 pub(crate) const STONE: u32 = 0;
 pub(crate) const GLASS: u32 = 1;
 
-/// A rectangle over the ground at a height, of half extents `half`.
+/// A rectangle over the ground at height `y`, with half extents `half`.
 pub(crate) fn roof(y: f32, half: Vec3, material: u32) -> [Triangle; 2] {
     let corner = |x: f32, z: f32| Vec3::new(x * half.x, y, z * half.z);
     let (a, b, c, d) = (corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0));
@@ -57,7 +57,7 @@ pub(crate) fn maps(scene: &Scene) -> Vec<ViewMaps> {
     render_maps(scene, &shadow_views(scene)).0
 }
 
-/// Share of the channels that are more than 4 of 255 apart.
+/// Share of the channels that differ by more than 4 of 255.
 fn share_apart(a: &Picture, b: &Picture) -> f64 {
     assert_eq!(a.size, b.size);
     let channels = a.rgb.iter().flatten().zip(b.rgb.iter().flatten());
@@ -74,7 +74,7 @@ pub(crate) fn light_at(scene: &Scene, points: &[Vec3]) -> Vec<Vec3> {
     points.iter().map(at).collect()
 }
 
-/// A spot over a pane in front of its own shadow's near plane, and further shadows that contain it.
+/// A spot over a pane in front of its own shadow's near plane, with further shadows that contain the pane.
 fn composite(shadows: Vec<Shadow>) -> Scene {
     let mut scene = ground(Cascades::default(), Vec3::NEG_Y);
     let (position, direction) = (Vec3::Y * 8.0, Vec3::NEG_Y);
@@ -95,7 +95,7 @@ fn of_several_shadows_the_least_light_counts() {
     let LightKind::Spot { position, direction, .. } = own.lights[0].kind else { panic!() };
     let further = |kind, near, far| Shadow { kind, near, far, size: Some(64), cascades: None };
     let narrow = LightKind::Spot { position, direction, angle: 0.4 };
-    // Sees the upper pane only: (1, 0.5, 0.25); the own shadow the lower: (0.5, 1, 0.5).
+    // It contains the upper pane only: (1, 0.5, 0.25); the own shadow the lower: (0.5, 1, 0.5).
     let upper = Shadow { size: None, ..further(narrow, Some(0.5), Some(20.0)) };
     let around = further(LightKind::Point { position }, None, None);
     let above = further(DOWN, None, None);
@@ -107,12 +107,12 @@ fn of_several_shadows_the_least_light_counts() {
     };
     let (lower, both) = (Vec3::new(0.5, 1.0, 0.5), Vec3::new(0.5, 0.5, 0.125));
     close(&own, [lower, lower]);
-    // The narrow one sees both panes where it is, and nothing beside.
+    // The narrow shadow contains both panes in its cone, and nothing outside.
     close(&composite(vec![upper]), [both, lower]);
     close(&composite(vec![around]), [both, both]);
     close(&composite(vec![above]), [both, both]);
     close(&composite(vec![upper, around, above]), [both, both]);
-    // A least, not a product: the same shadow twice is one.
+    // The least, not the product: the same shadow twice counts once.
     let twice = further(own.lights[0].kind, Some(4.0), None);
     close(&composite(vec![twice, twice]), [lower, lower]);
     let views = shadow_views(&composite(vec![upper, around, above]));
@@ -121,7 +121,7 @@ fn of_several_shadows_the_least_light_counts() {
     assert_eq!(names, expected);
 }
 
-/// Cascades, a composite, a cube: maps of many sizes beside each other.
+/// Cascades, a composite, a cube: maps of many sizes side by side.
 fn crowd() -> Scene {
     let mut scene = composite(Vec::new());
     let cascades = Cascades { count: 3, range: Some(40.0), ..Cascades::default() };

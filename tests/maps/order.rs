@@ -51,7 +51,7 @@ fn assert_ordered(scene: &Scene, tolerance: Tolerance) {
     }
 }
 
-/// Of the kernels, and of the reference's curves; its filters sort all hits of a ray.
+/// Counters of the kernels, and of the reference's curves; the reference's filters sort all hits of a ray.
 fn all_counters(scene: &Scene) -> Vec<Counters> {
     let kernels =
         tiers(Tier::Native).into_iter().map(|tier| crate::common::map_frame(tier, scene).counters);

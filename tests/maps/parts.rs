@@ -1,4 +1,4 @@
-//! Maps past the pair budget, whose tiles are walked a part at a time: the same bits as with room for all.
+//! Maps past the pair budget, whose tiles are walked in parts: the same bits as with room for all.
 use super::{curve, volumes};
 use crate::common::{
     Tier, map_frame,
@@ -14,7 +14,7 @@ use gobo_scene::Scene;
 
 const POINT: LightKind = LightKind::Point { position: Vec3::new(0.4, 2.6, 0.3) };
 
-/// Particles of every look, and panes between them, under lamps of two kinds.
+/// Particles of all looks, with panes between them, under lamps of two kinds.
 fn of_looks(looks: Vec<Material>) -> Scene {
     let count = looks.len();
     let mut scene = empty(looks);
@@ -84,7 +84,7 @@ pub(super) fn assert_same(found: &[ViewMaps], expected: &[ViewMaps], what: &str)
     }
 }
 
-/// Same maps with room for all pairs, for a tenth of them, and for almost none.
+/// The maps are the same with room for all pairs, for a tenth of them, and for almost none.
 pub(super) fn assert_budget_does_not_matter(name: &str, scene: &Scene) {
     for tier in tiers(Tier::Native) {
         let whole = map_frame(tier, scene);
@@ -115,7 +115,7 @@ fn maps_do_not_depend_on_the_budget() {
 #[ignore = "kernels of every kind of caster: make test-all"]
 fn maps_of_every_kind_do_not_depend_on_the_budget() {
     for (name, mut scene) in scenes() {
-        // Binning, sorting and walks of the others are those of a mixture.
+        // The others are binned, sorted and walked like a mixture.
         if ["soft discs", "over", "faint discs", "volumes"].contains(&name) {
             assert_budget_does_not_matter(name, &scene);
         }
@@ -127,7 +127,7 @@ fn maps_of_every_kind_do_not_depend_on_the_budget() {
     }
 }
 
-/// Tiles with more pairs than a segment, beside others: many on one texel, which few fit.
+/// Tiles with more pairs than a segment, beside others: many on one texel, few of which fit.
 pub(super) fn long_tiles() -> [(&'static str, Scene); 3] {
     let flat = Material { profile: Profile::Flat, ..material(Transfer::Filter) };
     let over = Material { profile: Profile::Flat, ..tint(Transfer::Over, [0.9, 0.6, 0.5, 1.0]) };

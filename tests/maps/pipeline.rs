@@ -16,8 +16,8 @@ use gobo_picture::{RenderOptions, Renderer};
 use gobo_reference as reference;
 use gobo_scene::Scene;
 
-/// `F` is stored in 16 bits; CPU reference and kernel may round to neighbours, and sums in fixed point add
-/// as much again.
+/// `F` is stored in 16 bits; CPU reference and kernel may round to neighbours, and sums in fixed point add as
+/// much again.
 const FILTER: f32 = 1.0 / 512.0;
 /// Light depths are `f32`; a few operations separate CPU reference and kernel.
 const DEPTH: f32 = 2e-6;
@@ -107,7 +107,7 @@ fn assert_matches_reference(scene: &Scene) {
         let near = |a: u64, b: u64| a.abs_diff(b) <= b / 1000;
         let counters = &frame.counters;
         assert!(near(counters.visible, counted.visible), "{tier:?} {counters:?} {counted:?}");
-        // The reference scatters nothing; a tiny particle touches up to four tiles.
+        // The reference does not scatter; a tiny particle touches up to four tiles.
         let pairs = counted.pairs.clamp(counters.pairs, counters.pairs + 4 * counters.scattered);
         assert!(near(pairs, counted.pairs), "{tier:?} {counters:?} {counted:?}");
     }
@@ -130,7 +130,7 @@ fn gpu_matches_reference_with_plain_discs() {
     assert_matches_reference(&scene);
 }
 
-/// Walks as on a GPU, whose loops visit both kinds, and as on software adapters.
+/// Walks for GPUs, whose loops visit both kinds, and for software adapters.
 #[test]
 #[ignore = "each kernel twice: make test-all"]
 fn loops_for_each_kind_change_no_bit() {
@@ -140,7 +140,7 @@ fn loops_for_each_kind_change_no_bit() {
         for receiver in [Receiver::Nearest, Receiver::Curve] {
             scene.shadow.receiver = receiver;
             let mut maps = |apart| {
-                renderer.configure(|config| config.profile.kinds_apart = apart);
+                renderer.configure(|config| config.tuning.kinds_apart = apart);
                 let options =
                     RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
                 renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
@@ -216,8 +216,8 @@ fn overflow_costs_no_light() {
     }
 }
 
-/// 10,000 discs, alone and with 400 panes, nine tenths of whose pairs fit: the rest is counted, and loses
-/// no light.
+/// 10,000 discs, alone and with 400 panes, with room for nine tenths of their pairs: the rest is counted, and
+/// loses no light.
 #[test]
 fn pairs_past_a_small_budget_are_counted_and_scattered() {
     let mut scene = empty(materials());
@@ -249,7 +249,7 @@ fn pairs_past_a_small_budget_are_counted_and_scattered() {
             let message = format!("{name}, {tier:?}: {counters:?}");
             let counted = expected.get_or_insert_with(|| cpu(&tight).1);
             assert!(counters.pairs <= u64::from(tight.shadow.pair_budget), "{message}");
-            // Casters at equal depth may come in either order.
+            // Casters of equal depth may come in either order.
             assert!(counters.overflowed.abs_diff(counted.overflowed) <= 3, "{message} {counted:?}");
             assert!(counters.overflowed > all.visible / 16, "{message}");
             assert_eq!(counters.scattered, counters.overflowed, "{message}");
@@ -282,7 +282,7 @@ fn stack(count: usize, alpha: f32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);
     scene.lights = lights()[..1].to_vec();
     let forward = Vec3::new(-0.4, -1.0, -0.3).normalize();
-    // Off the map's middle, a corner of four texels, where an enlarged disc ends at their centres.
+    // Beside the map's middle, a corner of four texels, where an enlarged disc would end at their centres.
     let aside = Vec3::new(0.05, 0.0, 0.03);
     scene.particles = (0..count)
         .map(|i| {
@@ -328,7 +328,7 @@ fn a_million_casters_on_one_texel_saturate() {
     }
 }
 
-/// A map of 65,536 tiles, more than a dispatch has workgroups in a row: both halves are drawn.
+/// A map of 65,536 tiles, more than a dispatch has workgroups in a row: both halves are rendered.
 #[test]
 fn more_tiles_than_a_row_of_workgroups() {
     for count in [1, 4, 65_532, 65_536, 300 * 260] {
@@ -345,7 +345,7 @@ fn more_tiles_than_a_row_of_workgroups() {
     let map = map_frame(TIERS[1], &scene).maps.remove(0);
     let (top, bottom) = map.filter.split_at(map.filter.len() / 2);
     let filtered = |half: &[[f32; 3]]| half.iter().filter(|f| f[0] < 1.0).count();
-    // A soft disc's rim is too clear for 16 bits.
+    // A soft disc's rim is too faint for 16 bits.
     let whole = std::f32::consts::PI * (0.1 * map.view.scale).powi(2);
     for half in [top, bottom] {
         let share = filtered(half) as f32 / whole;

@@ -1,4 +1,4 @@
-//! Properties of every scene, of the CPU reference's maps and of the kernels'.
+//! Properties of all scenes, for the CPU reference's maps and the kernels'.
 use crate::common::{
     Tier, map_frame,
     scenes::{Chance, empty, light, material, random_discs, triangle},
@@ -36,7 +36,7 @@ fn random_scene(seed: u64) -> Scene {
     ];
     scene.particles = random_discs(300, seed);
     for particle in &mut scene.particles {
-        // Few opaque ones.
+        // Few are opaque.
         particle.material = [0, 0, 1, 2, 2, 3, 5, 5, 0, 4][chance.below(10)];
         if particle.material == 4 {
             particle.radius *= 0.3;
@@ -55,7 +55,7 @@ fn maps_of(scene: &Scene) -> Vec<Vec<ViewMaps>> {
     [render_maps(scene, &shadow_views(scene)).0].into_iter().chain(kernels).collect()
 }
 
-/// Differences of the maps of each.
+/// Differences between corresponding maps.
 fn all_apart(a: &[Vec<ViewMaps>], b: &[Vec<ViewMaps>]) -> Vec<f32> {
     a.iter().zip(b).map(|(a, b)| apart(a, b)).collect()
 }

@@ -1,4 +1,4 @@
-//! Casters that are not visible, and visible casters without shadows.
+//! Invisible casters, and visible casters without shadows.
 use crate::common::{
     Tier,
     scenes::{empty, light, material, particle, triangle},
@@ -14,7 +14,7 @@ use gobo_picture::Frame;
 use gobo_reference::{render_maps, render_picture};
 use gobo_scene::Scene;
 
-/// A pane and a disc of each material over a large floor, whose bounds are those of the scene.
+/// A pane and a disc of each material over a large floor that sets the scene's bounds.
 fn over_a_floor(proxies: Vec<Material>) -> Scene {
     let floor = Material { tint: Vec4::splat(0.8), ..material(Transfer::Opaque) };
     let mut scene = empty(vec![floor]);
@@ -55,7 +55,7 @@ fn kinds() -> Vec<Material> {
     .to_vec()
 }
 
-/// Checks that the maps and the picture of `render` show exactly the right ones of several materials.
+/// Checks that the maps and the picture of `render` show exactly the right casters of several materials.
 fn check(kinds: &[Material], render: &dyn Fn(&Scene) -> (Vec<ViewMaps>, Picture)) {
     let of = |visible: bool, casts: bool| {
         kinds.iter().map(|kind| Material { visible, casts, ..kind.clone() }).collect()

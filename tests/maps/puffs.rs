@@ -24,7 +24,7 @@ const COLOR: Vec4 = Vec4::new(0.1, 0.5, 1.0, 0.8);
 const SIZE: u32 = 33;
 const WALL: u32 = 1;
 
-/// A light at the origin that looks along -z at 20 x 20 x 20 m around it, for any contents.
+/// A light at the origin that looks along -z, 20 x 20 x 20 m around it, for any contents.
 fn stage(kind: LightKind) -> Scene {
     let puff = Material { shape: Shape::Puff, ..material(Transfer::Filter) };
     let mut scene = empty(vec![puff, material(Transfer::Opaque)]);
@@ -149,8 +149,8 @@ fn puffs_multiply() {
     }
 }
 
-/// A puff smaller than a texel is enlarged and thinned. Light is conserved at low absorption: the mean of
-/// its shadow is `2/3 a pi r^2`, the chord's mean being 2/3 of the diameter.
+/// A puff smaller than a texel is enlarged, with less opacity. Light is conserved at low absorption: the mean
+/// of its shadow is `2/3 a pi r^2`, as the mean chord is 2/3 of the diameter.
 #[test]
 fn puffs_below_a_texel_conserve_light() {
     const CELLS: u32 = 24;

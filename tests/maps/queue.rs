@@ -1,5 +1,5 @@
-//! Queues that lavapipe collects discs in change no bit of a map, nor do columns of four texels instead of eight, and
-//! pairs sorted and binned by workgroups, as on GPUs.
+//! Queues in which lavapipe collects discs change no bit of a map; nor do columns of four texels instead of
+//! eight, or pairs sorted and binned by workgroups, as on GPUs.
 use super::pipeline::lights;
 use crate::common::{
     gpu,
@@ -9,7 +9,7 @@ use gobo::{
     glam::Vec3,
     gpu::Tier,
     model::{Receiver, Transfer, Triangle},
-    stage::sort::Shape,
+    stage::sort::Partition,
 };
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene::Scene;
@@ -24,7 +24,7 @@ fn opaque() -> Triangle {
     triangle([Vec3::new(-1.0, 0.1, -1.5), Vec3::new(1.5, 0.0, -0.5), Vec3::Z], 1)
 }
 
-/// `count` discs, of radii times `size` and opacities times `opacity`.
+/// `count` discs, with radii multiplied by `size` and opacities by `opacity`.
 fn assert_same(renderer: &mut Renderer, scene: &mut Scene, count: usize, size: f32, opacity: f32) {
     scene.particles = random_discs(count, 5);
     for particle in &mut scene.particles {
@@ -34,9 +34,9 @@ fn assert_same(renderer: &mut Renderer, scene: &mut Scene, count: usize, size: f
     let mut maps = |(queued, columns)| {
         renderer.configure(|config| {
             // Queues have a disc for each of eight lanes.
-            config.toggles.queued = queued && config.profile.queued;
-            config.profile.columns = columns;
-            config.profile.shape = if columns { Shape::Serial } else { Shape::Wide };
+            config.toggles.queued = queued && config.tuning.queued;
+            config.tuning.columns = columns;
+            config.tuning.partition = if columns { Partition::Serial } else { Partition::Wide };
         });
         let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
         renderer.render(scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
@@ -69,11 +69,11 @@ fn a_queue_of_discs_changes_no_bit() {
     }
 }
 
-/// Nodes that texels share beside each texel's own: mean of the differences of light, over depths and channels.
+/// Mean difference of light, over depths and channels, between nodes that texels share and each texel's own.
 const SHARED: f64 = 2e-3;
 
-/// Crowded tiles of curves, in orthographic and perspective views: black texels, tiles of several segments, and pairs that
-/// do not fit. Texels of few hits have a node for each.
+/// Crowded tiles of curves, in orthographic and perspective views: black texels, tiles of several segments,
+/// and pairs that do not fit. Texels with few hits have a node for each.
 #[test]
 fn a_queue_of_discs_ends_nodes_together() {
     let mut renderer = Renderer::on(gpu(Tier::Native)).unwrap();
@@ -95,7 +95,7 @@ fn a_queue_of_discs_ends_nodes_together() {
             particle.color.w *= opacity;
         }
         let mut maps = |queued| {
-            renderer.configure(|config| config.toggles.queued = queued && config.profile.queued);
+            renderer.configure(|config| config.toggles.queued = queued && config.tuning.queued);
             let options = RenderOptions { maps: true, maps_only: true, ..RenderOptions::default() };
             renderer.render(&scene, &options).unwrap_or_else(|error| panic!("{error}")).maps
         };

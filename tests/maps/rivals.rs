@@ -1,5 +1,5 @@
-//! How the shadows of splats and grids are stored: other projects' methods where their papers and code say what they do,
-//! and the kernels' curves beside them.
+//! Formats of the shadows of splats and grids: other projects' methods by their papers and code, and the
+//! kernels' curves compared with them.
 use crate::{
     avsm::Adaptive,
     common::{Tier, map_frame},
@@ -21,7 +21,7 @@ fn maps(scene: &Scene) -> ViewMaps {
     map_frame(Tier::Native, scene).maps.swap_remove(0)
 }
 
-/// A number of moments is exact for half as many hits, but for the bias, and at a hit itself.
+/// A number of moments is exact for half as many hits, except for the bias, and at a hit itself.
 #[test]
 fn moments_know_a_few_hits() {
     let hits: [Hit; 4] = [0.13, 0.37, 0.62, 0.88].map(|depth| (depth, Vec3::new(0.8, 0.7, 0.6)));
@@ -40,7 +40,7 @@ fn moments_know_a_few_hits() {
     }
 }
 
-/// As many stretches as points hold are exact; of more, the area decides.
+/// As many stretches as points can express are exact; with more, the area decides.
 #[test]
 fn adaptive_maps_keep_what_counts() {
     let light = DVec3::new(0.5, 0.6, 0.7);
@@ -81,7 +81,7 @@ fn traced_hits_are_stretched() {
     }
 }
 
-/// A splat that became a medium takes half of its optical depth in front of its centre.
+/// A splat turned into a medium takes half of its optical depth in front of its centre.
 #[test]
 fn splats_become_a_medium() {
     let met = [splat(0.5, 0.75)];
@@ -108,7 +108,7 @@ fn curves_of_splats_beat_what_others_do() {
     }
 }
 
-/// Against the exact march in 64 bits, at every depth: as good as issue and paper ask.
+/// Against the exact march in 64 bits, at every depth: as accurate as issue and paper demand.
 #[test]
 fn curves_of_grids_beat_what_others_store() {
     for kind in ["cloud", "plume"] {
@@ -122,7 +122,8 @@ fn curves_of_grids_beat_what_others_store() {
     }
 }
 
-/// Between layers optical depth is linear, behind the last one nothing is lost, and the first begins with the hair.
+/// Between layers optical depth is linear, behind the last layer nothing is lost, and the first begins at the
+/// hair.
 #[test]
 fn deep_opacity_maps_have_layers() {
     let half = DVec3::splat(std::f64::consts::LN_2);
@@ -135,8 +136,9 @@ fn deep_opacity_maps_have_layers() {
     }
 }
 
-/// Among the hairs of a dense coat, against the definition in 64 bits. `OloEngine` (its pull request 1322) has a mean error of
-/// 0.022 to 0.054 with a deep opacity map of 8 layers, and of 0.013 to 0.030 with a grid of 64 voxels.
+/// Among the hairs of a dense coat, against the definition in 64 bits. `OloEngine` (its pull request 1322)
+/// has a mean error of 0.022 to 0.054 with a deep opacity map of 8 layers, and of 0.013 to 0.030 with a grid
+/// of 64 voxels.
 #[test]
 fn fur_is_resolved_in_depth() {
     let volume = grids::Volume::of_hair(scene_of(&strands::fur(20_000, 0.3)).unwrap(), 128, 80);

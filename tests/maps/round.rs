@@ -1,4 +1,5 @@
-//! Round numbers, which random ones never are: multiples of half a metre, axes, quarter turns, corners and middles.
+//! Round numbers, which random ones never are: multiples of half a metre, axes, quarter turns, corners and
+//! middles.
 use crate::common::scenes::Chance;
 use gobo::{
     glam::{Vec3, Vec4},
@@ -27,7 +28,7 @@ impl Round {
         [0; 3].map(|_| self.half(-reach, reach)).into()
     }
 
-    /// Along an axis, a diagonal of a square or one of a cube: unit.
+    /// Unit direction along an axis, or a diagonal of a square or of a cube.
     pub(crate) fn direction(&mut self) -> Vec3 {
         loop {
             let way: Vec3 = [0; 3].map(|_| self.one_of(&[-1.0, 0.0, 0.0, 1.0])).into();
@@ -37,7 +38,7 @@ impl Round {
         }
     }
 
-    /// Quarter turns, none among them [radians].
+    /// A multiple of a quarter turn [radians].
     pub(crate) fn turn(&mut self) -> f32 {
         self.one_of(&[-1.0, 0.0, 0.0, 1.0, 2.0]) * std::f32::consts::FRAC_PI_2
     }

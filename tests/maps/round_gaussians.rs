@@ -1,4 +1,4 @@
-//! Gaussians at round places: lamps in their middles and planes, and beside flat ones.
+//! Gaussians at round positions: lamps in their middles and planes, and beside flat ones.
 use super::{
     gaussians::{all_maps, assert_agrees, medium, splats},
     round::Round,
@@ -15,7 +15,7 @@ use gobo::{
 use gobo_reference::render_maps;
 use gobo_scene::Scene;
 
-/// What ends beyond the last 8192th of each, 16-bit colours and thicknesses; depths in 32 bits.
+/// Cut-off of each at its last 8192th, 16-bit colours and thicknesses; depths in 32 bits.
 const TOLERANCE: Tolerance = Tolerance { filter: 2e-3, depth: 1e-5, undecided: 0.1 };
 
 fn spot(direction: Vec3, degrees: f32, [near, far]: [f32; 2]) -> Light {
@@ -29,7 +29,8 @@ fn lit_by(light: Light, gaussian: Gaussian, material: Material) -> Scene {
     Scene { lights: vec![light], gaussians: vec![gaussian], ..empty(vec![material]) }
 }
 
-/// 40 cm wide and 2 mm thick, 1 cm beside a lamp: its middle is thinner than a texel, and it spans half of the map.
+/// 40 cm wide and 2 mm thick, 1 cm beside a lamp: its middle is thinner than a texel, and it spans half of
+/// the map.
 #[test]
 fn a_flat_splat_beside_a_lamp_keeps_its_light() {
     let gaussian = Gaussian {
@@ -47,7 +48,7 @@ fn a_flat_splat_beside_a_lamp_keeps_its_light() {
     }
 }
 
-/// As a lamp comes nearer, the light that a flat splat takes grows without a step.
+/// As a lamp comes closer, the light that a flat splat absorbs grows without a step.
 #[test]
 fn a_lamp_that_comes_nearer_changes_light_without_a_step() {
     let mut shadows = Vec::new();
@@ -88,7 +89,7 @@ fn a_medium_in_the_plane_through_a_lamp_is_whole() {
     }
 }
 
-/// `tau = density opacity sigma sqrt(pi / 2)` along an axis from the middle on.
+/// `tau = density opacity sigma sqrt(pi / 2)` along an axis, from the middle on.
 #[test]
 fn a_lamp_in_the_middle_of_a_medium_is_filtered() {
     let sigma = Vec3::new(0.2, 0.1, 0.3);
@@ -122,7 +123,7 @@ pub(super) fn round_gaussian(round: &mut Round, id: u32) -> Gaussian {
     }
 }
 
-/// Its middle, and one, two and three deviations off.
+/// Its middle, or a point one, two or three deviations off.
 pub(super) fn around(round: &mut Round, gaussian: &Gaussian) -> Vec3 {
     let axes = gaussian.axes();
     gaussian.center + axes.col(round.one_of(&[0, 1, 2])) * round.half(0.0, 3.0).floor()

@@ -1,4 +1,4 @@
-//! Grids at round places: lamps in corners, on edges and faces, and in the middle.
+//! Grids at round positions: lamps in corners, on edges and faces, and in the middle.
 use super::{gaussians::assert_agrees, round::Round, round_gaussians::quarter_turn};
 use crate::common::{
     compare::Tolerance,

@@ -1,4 +1,4 @@
-//! Grids, and mixtures of all casters, at round places: lamps and eyes in their middles, ends and corners.
+//! Grids, and mixtures of all casters, at round positions: lamps and eyes in their middles, ends and corners.
 use super::{
     gaussians::{assert_agrees, medium, splats},
     round::Round,
@@ -30,7 +30,7 @@ const BRICK: u32 = 4;
 const DISC: u32 = 5;
 const WALL: u32 = 6;
 
-/// Splats, a medium, two kinds of strands, bricks, discs and a wall; black where they are seen.
+/// Splats, a medium, two kinds of strands, bricks, discs and a wall, all visibly black.
 fn materials() -> Vec<Material> {
     let brick = Material {
         shape: Shape::Brick,
@@ -48,7 +48,7 @@ fn materials() -> Vec<Material> {
     ]
 }
 
-/// Voxels of a quarter or half a metre, of densities 0, 1/2 and 1, quarter turned.
+/// Voxels of a quarter or half a metre, of densities 0, 1/2 and 1, rotated by quarter turns.
 fn round_grid(round: &mut Round) -> Grid {
     let edge = round.one_of(&[0.25, 0.5]);
     let (min, max) = (IVec3::splat(-2), IVec3::splat(1));
@@ -89,7 +89,7 @@ fn grids_at_round_places() {
     }
 }
 
-/// Some of each, with discs at equal depths, and where lamps or an eye may be.
+/// Some of each kind, with discs at equal depths, and positions for lamps or an eye.
 fn mixture(round: &mut Round) -> (Scene, Vec<Vec3>) {
     let mut scene = empty(materials());
     let strands = (0..3).map(|id| round_strand(round, id)).collect::<Vec<_>>();
@@ -121,8 +121,9 @@ fn mixtures_at_round_places() {
     }
 }
 
-/// Black casters before a white background: what is left of it is the filter of a lamp at the eye. Of `smoke` a picture
-/// shows what its opacity covers, and a filter has the square of the rest: all strands are of `filter`.
+/// Black casters in front of a white background: the light left is the filter of a lamp at the eye. For
+/// `smoke` a picture shows the rest after its opacity's coverage, and a filter has the square of that: all
+/// strands are of `filter`.
 #[test]
 fn pictures_from_round_places() {
     for seed in 0..4 {

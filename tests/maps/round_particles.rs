@@ -1,5 +1,5 @@
-//! Discs, quads and puffs at round places: lamps in their centres, on their rims and corners, equal depths, edges along rows
-//! of texels, quarter turns. Truth: the renderer in 64 bits.
+//! Discs, quads and puffs at round positions: lamps in their centres, on their rims and corners, equal
+//! depths, edges along rows of texels, quarter turns. Truth: the renderer in 64 bits.
 use super::{
     brute_force::assert_agrees,
     curve::curved,
@@ -23,10 +23,10 @@ use gobo::{
 use gobo_reference::render_maps;
 use gobo_scene::Scene;
 
-/// Rays within a twentieth of a texel of an edge are left out: rounding decides which side they pass. So are depths as
-/// near to each other as 1e-5 of the range, of which rounding decides the order: `meet`'s margins.
+/// Rays within a twentieth of a texel of an edge are left out: rounding decides on which side they pass. So
+/// are depths within 1e-5 of the range, whose order rounding decides: `meet`'s margins.
 const TOLERANCE: Tolerance = Tolerance { filter: 1e-3, depth: 1e-5, undecided: 0.25 };
-/// Light of a curve: that of the filter, and its own rounding.
+/// Tolerance of a curve's light: that of the filter, and its own rounding.
 const LIGHT: f64 = 1e-3 + LIGHT_ROUNDING as f64;
 
 fn flat(transfer: Transfer, shape: Shape) -> Material {
@@ -47,7 +47,7 @@ fn solids() -> Vec<Material> {
     let dither = |pattern| Material { pattern, ..flat(Transfer::Dither, Shape::Disc) };
     vec![
         flat(Transfer::Opaque, Shape::Quad),
-        // Of opacities of 0.5 and 1, one is below and one above.
+        // One below and one above the opacities 0.5 and 1.
         Material { cutoff: 0.75, ..flat(Transfer::Cutout, Shape::Quad) },
         dither(Pattern::Bayer4),
         dither(Pattern::Hashed),
@@ -66,7 +66,7 @@ fn bodies() -> Vec<Material> {
     ]
 }
 
-/// `count` casters around three lamps, each in one of them.
+/// `count` casters around three lamps; each contains one of them.
 fn scene(seed: u64, materials: Vec<Material>, count: u32) -> Scene {
     let mut round = Round::new(seed);
     let kinds = materials.len() as u32;
@@ -82,7 +82,7 @@ fn scene(seed: u64, materials: Vec<Material>, count: u32) -> Scene {
         if transfer == Transfer::Dither {
             color.w = 1.0;
         } else if shape == Shape::Puff {
-            // One that lets nothing through is as dense as 32 bits hold, not denser: its rim is clear.
+            // An opaque one is as dense as 32 bits can express: its rim is clear.
             color = color.max(Vec3::splat(0.5).extend(0.0)).with_w(0.5);
         }
         scene.particles.push(Particle {
@@ -131,7 +131,7 @@ fn over_at_round_places() {
     }
 }
 
-/// Whether the light along a view's curves is that of the truth, at depths which no round place has.
+/// Asserts that the light along a view's curves is the truth's, at depths apart from all round positions.
 fn assert_curves(scene: &Scene, view: &View, all: &[&ViewMaps]) {
     /// Depths are stored in sixteen bits.
     const MARGIN: f64 = 1e-4;

@@ -1,4 +1,5 @@
-//! Strands at round places: straight across or along a sun, with a lamp on their axes, at their ends or inside.
+//! Strands at round positions: straight across or along a sun, with a lamp on their axes, at their ends or
+//! inside.
 use super::{
     gaussian_curves::ray,
     round::Round,
@@ -43,7 +44,7 @@ fn at(maps: &ViewMaps, x: usize, y: usize) -> (f32, f32) {
     (maps.filter[texel][0], maps.nearest[texel])
 }
 
-/// `F = 0.1 ^ sqrt(1 - (off / r)^2)` between the ends, and the hit is on the cylinder; so it is in curves.
+/// `F = 0.1 ^ sqrt(1 - (off / r)^2)` between the ends, and the hit is on the cylinder; the same in curves.
 #[test]
 fn a_strand_across_a_sun_is_whole() {
     const RADIUS: f64 = 0.3;
@@ -131,7 +132,7 @@ pub(super) fn round_strand(round: &mut Round, id: u32) -> Strand {
     Strand { vertices: vertices.collect(), material: id % 2, id }
 }
 
-/// Places of lamps: ends, middles and points on a surface.
+/// Positions of lamps: ends, middles and points on a surface.
 pub(super) fn lamps(strands: &[Strand]) -> Vec<Vec3> {
     let on = |strand: &Strand| {
         let [a, b] = [strand.vertices[0], strand.vertices[1]];

@@ -1,5 +1,5 @@
-//! Triangles at round places: edges in the plane of a lamp or an eye, lamps on faces, edges and corners, edges through texel
-//! centres. Truth: the renderer in 64 bits, and rays in 64 bits through closed bodies.
+//! Triangles at round positions: edges in the plane of a lamp or an eye, lamps on faces, edges and corners,
+//! edges through texel centres. Truth: the renderer in 64 bits, and rays in 64 bits through closed bodies.
 use super::{
     brute_force::assert_agrees,
     curve::curved,
@@ -22,7 +22,7 @@ use gobo::{
 };
 use gobo_scene::Scene;
 
-/// Rays within a twentieth of a texel of an edge are left out: rounding decides which side they pass.
+/// Rays within a twentieth of a texel of an edge are left out: rounding decides on which side they pass.
 const TOLERANCE: Tolerance = Tolerance { filter: 1e-3, depth: 1e-5, undecided: 0.25 };
 const SOLID: u32 = 0;
 const GLASS: u32 = 1;
@@ -37,7 +37,7 @@ fn lit_by(light: Light) -> Scene {
     Scene { lights: vec![light], ..empty(materials()) }
 }
 
-/// Area below which a ray sees a triangle edge-on; it meets others then, at their edges [m2].
+/// Area below which a ray sees a triangle edge-on; it then meets others at their edges [m2].
 const EDGE_ON: f64 = 1e-9;
 
 /// A parallelogram of half edges `x` and `y`.
@@ -51,7 +51,7 @@ fn spot_down(position: Vec3, degrees: f32) -> Light {
     Light { near: Some(0.1), far: Some(6.0), size: Some(64), ..light(kind) }
 }
 
-/// A wall of 4 x 3 m, 1 m behind a lamp that is as high as its top.
+/// A wall of 4 x 3 m, 1 m behind a lamp at the height of its top.
 fn wall(material: u32) -> [Triangle; 2] {
     pane(Vec3::new(0.0, 1.5, -1.0), Vec3::X * 2.0, Vec3::Y * 1.5, material)
 }
@@ -67,19 +67,19 @@ fn a_wall_as_high_as_the_lamp_is_whole() {
             assert_agrees(&scene, TOLERANCE);
         }
     }
-    // The truth itself: the wall is from 45 degrees below the horizon down to its foot.
+    // The truth itself: the wall extends from 45 degrees below the horizon down to its foot.
     let mut scene = lit_by(spot_down(lamp, 120.0));
     scene.triangles.extend(wall(SOLID));
     let truth = render(&scene, &shadow_views(&scene)[0]);
     assert_eq!(truth.iter().filter(|texel| texel.opaque < 1.0).count(), 1464);
 }
 
-/// A texel centre on the edge that two triangles share belongs to one of them, whether or not the other reaches behind the
-/// lamp.
+/// A texel centre on the edge shared by two triangles belongs to one of them, whether or not the other
+/// reaches behind the lamp.
 #[test]
 fn a_shared_edge_is_met_once() {
-    // In the map, the edge from a to c is x + run * y = -sum texels from the centre: through texel centres. Which way the
-    // numbers of its plane are rounded differs.
+    // In the map, the edge from a to c is x + run * y = -sum texels from the centre: through texel centres.
+    // The numbers of its plane are rounded in different directions.
     for (run, sum, xs, side) in [
         (1.0, 16.0, [-0.5, 0.5], 1.0),
         (2.0, 32.5, [-1.046_875, 0.984_375], 1.0),
@@ -110,7 +110,7 @@ fn a_shared_edge_is_met_once() {
     }
 }
 
-/// `count` panes of the materials in turn, along axes and in planes of each other, around the lamps.
+/// `count` panes of the materials in turn, along axes and in each other's planes, around the lamps.
 fn panes(seed: u64, materials: Vec<Material>, count: usize) -> Scene {
     let mut round = Round::new(seed);
     let kinds = materials.len();
@@ -152,7 +152,8 @@ fn panes_at_round_places() {
     }
 }
 
-/// Texels whose filter and nearest depth are what rays in 64 bits find in the bodies of fog, between solid triangles.
+/// Number of texels whose filter and nearest depth equal those of rays in 64 bits through the bodies of fog,
+/// between solid triangles.
 fn check_bodies(scene: &Scene, maps: &ViewMaps) -> usize {
     /// Distance to an edge, or between depths, below which rounding decides [share of a side, m].
     const MARGIN: f64 = 0.01;
@@ -172,7 +173,7 @@ fn check_bodies(scene: &Scene, maps: &ViewMaps) -> usize {
             }
             let (u, v, t) = (s.dot(p) / whole, way.dot(q) / whole, ac.dot(q) / whole);
             let inside = u.min(v).min(1.0 - u - v);
-            // A lamp on a face meets it at itself.
+            // A lamp on a face meets it at distance 0.
             is_clear &= inside.abs() > MARGIN || t < 0.0;
             if inside > 0.0 && triangle.material == FOG {
                 faces.push((t, if whole < 0.0 { 1.0 } else { -1.0 }));
@@ -243,7 +244,8 @@ fn bodies_at_round_places() {
     }
 }
 
-/// Pictures of solid casters that shine are what rays in 64 bits see; how many pixels are not background.
+/// Pictures of solid, shining casters equal those by rays in 64 bits; returns the number of pixels that are
+/// not background.
 pub(super) fn assert_seen(scene: &Scene) -> usize {
     let mut pictures = vec![reference_picture(scene)];
     let tiers = tiers(Tier::Native).into_iter();

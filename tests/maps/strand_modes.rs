@@ -86,7 +86,7 @@ fn curves_of_strands_agree_in_the_mean() {
     }
 }
 
-/// Strands and discs in each other, under lights of every kind.
+/// Intersecting strands and discs, under lights of all kinds.
 fn mixture() -> Scene {
     let mut scene = lit_by(kinds()[2], vec![hair(Transfer::Filter), material(Transfer::Smoke)], 60);
     scene.lights.push(light(kinds()[0]));
@@ -122,7 +122,7 @@ fn opaque_strands_block_where_they_are() {
     }
 }
 
-/// Where rounding does not decide, both sides dither and cut out alike.
+/// Except where rounding decides, both sides dither and cut out alike.
 #[test]
 fn dithered_and_cut_out_strands_agree() {
     for transfer in [Transfer::Dither, Transfer::Cutout] {

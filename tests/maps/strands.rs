@@ -1,4 +1,4 @@
-//! Strands: the CPU reference and the kernels against 64 bits from the definition.
+//! Strands: the CPU reference and the kernels against the definition in 64 bits.
 use crate::common::{
     Tier,
     brute_force::render,
@@ -23,7 +23,7 @@ pub(super) fn kinds() -> [LightKind; 3] {
     [
         LightKind::Directional { direction: Vec3::new(-0.4, -1.0, -0.3).normalize() },
         LightKind::Spot { position, direction: -position.normalize(), angle: 0.9 },
-        // Among them: every face of the cube sees some, and some cross its seams.
+        // Among the strands: every face of the cube sees some, and some cross its seams.
         LightKind::Point { position: Vec3::new(0.1, 0.2, -0.1) },
     ]
 }
@@ -90,7 +90,7 @@ fn strands_agree_with_their_definition() {
     }
 }
 
-/// Every commuting transfer, discs, a pane of glass and opaque triangles.
+/// All commuting transfers, with discs, a pane of glass and opaque triangles.
 #[test]
 fn strands_mix_with_all_other_casters() {
     for kind in kinds() {
@@ -162,7 +162,7 @@ fn a_strand_in_pieces_is_the_same_strand() {
             for (found, expected) in pieces(count).iter().flatten().zip(whole.iter().flatten()) {
                 for (found, expected) in found.filter.iter().zip(&expected.filter) {
                     let apart = (Vec3::from_array(*found) - Vec3::from_array(*expected)).abs();
-                    // Filters in halves; sums of 50 pieces in fixed point.
+                    // Filters in half floats; sums of 50 pieces in fixed point.
                     assert!(
                         apart.max_element() <= 2e-3,
                         "{count}, {radius}: {found:?} {expected:?}"
@@ -173,7 +173,7 @@ fn a_strand_in_pieces_is_the_same_strand() {
     }
 }
 
-/// Thinner than a texel: the sum of the shadow is the strand's own: its length times the mean over its width.
+/// Thinner than a texel: the sum of the shadow is the strand's own, its length times the mean over its width.
 #[test]
 fn strands_below_a_texel_conserve_light() {
     for (texels, alpha) in [(0.05, 1.0), (0.3, 1.0), (0.3, 0.4), (0.7, 0.9), (3.0, 0.5)] {
@@ -184,7 +184,7 @@ fn strands_below_a_texel_conserve_light() {
         hold_view(&mut scene, 1);
         let texel = 1.0 / shadow_views(&scene)[0].scale;
         let mut length = 0.0;
-        // Each crosses whole rows of texels, which see all phases of it alike.
+        // Each crosses whole rows of texels, at all offsets alike.
         for i in 1..16 {
             let y = (i as f32 - 8.0) * 14.37;
             let ends = [Vec3::new(-100.0, y - i as f32, 0.0), Vec3::new(90.0, y, 30.0)];
@@ -194,7 +194,7 @@ fn strands_below_a_texel_conserve_light() {
             scene.strands.push(Strand { vertices: ends.map(vertex).to_vec(), material: 0, id: i });
             length += f64::from((ends[1] - ends[0]).truncate().length());
         }
-        // Every ray passes 1 / sine as much as straight across.
+        // Each ray's path is longer by 1 / sine than straight across.
         let lengthened = f64::from((190.0_f32.hypot(30.0)) / 190.0);
         let passed = 1.0 - f64::from(alpha).min(1.0 - 1e-9);
         let mean = (0..4000).map(|i| {

@@ -17,7 +17,7 @@ use gobo_reference as reference;
 use gobo_scene as scene;
 use gobo_scene::Scene;
 
-/// 16 bits of light up to 4, and a texture whose edges are a map's texel wide.
+/// 16 bits of light up to 4, and a texture whose edges are as wide as a texel of the map.
 const TOLERANCE: Tolerance = Tolerance { filter: 8e-3, depth: 1e-5, undecided: 0.05 };
 
 /// `size` of a map [texels].
@@ -49,7 +49,7 @@ fn images_that_are_small_but_not_together_are_refused() {
     assert!(renderer.render(&scene, &RenderOptions::default()).is_ok());
 }
 
-/// Every texel of the map is the texture where its ray meets the pane.
+/// Every texel of the map has the texture's colour where its ray meets the pane.
 #[test]
 fn maps_are_the_textures_where_rays_meet_them() {
     for name in ["projector", "caustics"] {
@@ -63,7 +63,7 @@ fn maps_are_the_textures_where_rays_meet_them() {
             for maps in &gpu {
                 assert_maps_agree(&expected, &maps[i], TOLERANCE);
             }
-            // The check can fail; once is enough of 64-bit rays.
+            // The check can fail; 64-bit rays are tried once.
             if i > 0 {
                 continue;
             }
@@ -78,7 +78,7 @@ fn maps_are_the_textures_where_rays_meet_them() {
 }
 
 /// A lamp 1 m in front of a pane of 1 m, four checks wide: the centre of each check's image has its colour,
-/// wherever the wall is.
+/// at any distance of the wall.
 #[test]
 fn a_projector_throws_its_slide() {
     let colors: [[u8; 4]; 4] =

@@ -1,4 +1,4 @@
-//! Casters smaller than a texel take as much light as they do in a finer map, whatever their transfer.
+//! Casters smaller than a texel absorb as much light as in a finer map, whatever their transfer.
 use super::brute_force::assert_agrees;
 use crate::common::{
     Tier,
@@ -21,13 +21,13 @@ const TRANSFERS: [Transfer; 4] =
 const SHAPES: [Shape; 4] = [Shape::Disc, Shape::Quad, Shape::Puff, Shape::Gaussian];
 const ALPHA: f64 = 0.8;
 const COLOR: f64 = 0.5;
-/// Of `gain`, which makes this much brighter.
+/// Amplification by `gain`.
 const GAIN: f64 = 3.0;
-/// Edge of the map, of the square of it that a caster has, and of what is left around them [texels].
+/// Edge of the map, of a caster's square in it, and of the remaining border [texels].
 const SIZE: usize = 640;
 const AROUND: usize = 64;
 const CELL: usize = 8;
-/// Places of a kind of caster within a texel; cells in a row.
+/// Positions of a kind of caster within a texel; cells in a row.
 const SHIFTS: usize = 256;
 const CELLS: usize = (SIZE - 2 * AROUND) / CELL;
 
@@ -43,7 +43,7 @@ fn materials() -> Vec<Material> {
     TRANSFERS.iter().flat_map(|&transfer| of(transfer)).collect()
 }
 
-/// Kind and place within its texel of the caster in a cell.
+/// Kind of the caster in a cell, and its position within its texel.
 fn of_cell(cell: usize) -> (usize, Vec2) {
     // Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": R2.
     let shift = (cell % SHIFTS + 1) as f64;
@@ -80,7 +80,7 @@ fn specks(radius: f32) -> Scene {
     scene
 }
 
-/// Sum of 1 - T over the plane [radii²]: of a shape at its own size, and enlarged with its light's base.
+/// Sum of 1 - T over the plane [radii²]: of a shape at its own size, and of the enlarged one.
 fn shadow(kind: usize, thin: f64) -> f64 {
     let (transfer, shape) = (TRANSFERS[kind / SHAPES.len()], SHAPES[kind % SHAPES.len()]);
     let c = color(transfer);
@@ -109,9 +109,9 @@ fn shadow(kind: usize, thin: f64) -> f64 {
     }
 }
 
-/// [share of the shadow]: 256 places for a disc meet its area within 1.3 hundredths.
+/// Tolerance [share of the shadow]: 256 positions measure a disc's area within 1.3 hundredths.
 const TOLERANCE: f64 = 0.015;
-/// Steps of what is stored around 1; some adapters cut what is behind them.
+/// Steps of stored values around 1; some adapters truncate them.
 const STEP: f64 = 1.0 / 1024.0;
 
 #[test]
@@ -149,7 +149,7 @@ fn specks_take_the_light_of_their_area() {
     }
 }
 
-/// Edges are left out, and casters that are enlarged have many: a seventh of a flat disc is next to one.
+/// Edges are left out, and enlarged casters have many: a seventh of a flat disc is next to one.
 const EDGED: Tolerance = Tolerance { filter: 1e-3, depth: 1e-5, undecided: 0.4 };
 
 #[test]

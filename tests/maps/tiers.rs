@@ -1,5 +1,5 @@
-//! Maps of the tiers beside each other: walks that cull by subgroup or not, and sums in buffers or textures, give
-//! the same bits.
+//! Maps of the tiers compared: walks that cull by subgroup or not, and sums in buffers or textures, give the
+//! same bits.
 use super::{curve, parts};
 use crate::common::{Tier, map_frame, map_frame_scattered};
 use gobo::model::Receiver;

@@ -1,4 +1,4 @@
-//! Which casters tint a receiver: those in front of it, none, or all except its own object's.
+//! Casters that tint a receiver: those in front of it, none, or all except its own object's.
 use crate::common::{
     TIERS, Tier,
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
@@ -59,7 +59,7 @@ fn stack(form: Form, receives: Receives, id: u32, upper: Transfer) -> Scene {
     scene
 }
 
-/// Central pixel of each renderer.
+/// Central pixel by each renderer.
 fn middles(scene: &Scene) -> Vec<[u8; 3]> {
     let views = shadow_views(scene);
     let (maps, _) = render_maps(scene, &views);

@@ -1,4 +1,4 @@
-//! Transfer functions of every form of caster, textured or not: CPU reference and both tiers.
+//! Transfer functions of all forms of casters, textured or not: CPU reference and both tiers.
 use crate::common::{
     Tier, map_frame_scattered,
     scenes::{Chance, empty, hold_view, light, material, particle, triangle},
@@ -83,7 +83,7 @@ enum Form {
 
 const FORMS: [Form; 5] = [Form::Pane, Form::TexturedPane, Form::Disc, Form::Quad, Form::Puff];
 
-/// One caster of each form and transfer, beside one another.
+/// One caster of each form and transfer, side by side.
 fn check_forms(transfers: &[Transfer], tint: Vec4) {
     let mut scene = stage(Vec::new());
     let mut cells = Vec::new();
@@ -139,7 +139,7 @@ fn presets_have_their_formulas() {
     check_forms(&[Transfer::Over], tint);
 }
 
-/// Pure coloured glass: opacity 0 and below 1/255, where only `c` changes the light, and no light is gained.
+/// Pure coloured glass: with opacity 0 and below 1/255 only `c` changes the light, and no light is gained.
 #[test]
 fn what_stains_or_gains_without_opacity_sets_depths() {
     let tint = |alpha: f32| Vec4::new(0.2, 0.4, 0.8, alpha);
@@ -172,7 +172,7 @@ fn what_stains_or_gains_without_opacity_sets_depths() {
             }
         }
     }
-    // The rim of a soft disc stains as its middle does.
+    // The rim of a soft disc stains like its middle.
     let mut scene = stage(vec![rim]);
     scene.particles.push(particle(Vec3::ZERO, 1.5, Vec4::ONE));
     for (maps, _) in all_maps(&scene) {
@@ -259,11 +259,11 @@ fn stack(count: usize, radius: f32, alpha: f32) -> (Scene, Vec<(Transfer, Vec4)>
     for i in 0..count {
         let z = 9.0 - 18.0 * i as f32 / count as f32;
         let color = chance.vec3(0.0, 1.0);
-        // Alternately red and blue at length, so that the last segment is not all that counts.
+        // Long runs of red and blue in turn, so that not only the last segment counts.
         let color =
             if (i * 8 / count).is_multiple_of(2) { color * Vec3::X } else { color * Vec3::Z };
         let which = u32::from(i % 16 == 5);
-        // A few are thick enough for the nearest depth.
+        // A few are opaque enough for the nearest depth.
         let alpha = if i % 500 == 250 { alpha.max(0.005) } else { alpha };
         let alpha = if which == 0 { alpha } else { alpha * 0.1 };
         let center = Vec3::new(0.31, 0.29, z);

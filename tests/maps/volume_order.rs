@@ -1,4 +1,5 @@
-//! Volumes that overlap each other and hold other casters, by depth: the faces and hits of a ray in one order.
+//! Volumes that overlap each other and contain other casters, by depth: the faces and hits of a ray in one
+//! order.
 use crate::{
     common::scenes::material,
     maps::{
@@ -18,11 +19,11 @@ const SMOG: u32 = 2;
 const PANE: u32 = 3;
 /// Colour of the pane, of opacity 1.
 const RED: DVec3 = DVec3::new(0.9, 0.3, 0.2);
-/// What of the box is behind the ball and the pane, exp(-2.8) at most, is one or two of the eight ramps.
+/// Light behind the ball and the pane in the box, at most exp(-2.8), has one or two of the eight ramps.
 const WORST: f64 = 0.2;
-/// Without one order, 0.0011 under the sun.
+/// Under the sun it would be 0.0011 without a common order.
 const MEAN: f64 = 9e-4;
-/// Of a stored channel.
+/// Rounding of a stored channel.
 const ROUNDING: f64 = 2e-3;
 
 /// An upright box with a ball in its top, and a pane through both.
@@ -48,7 +49,7 @@ fn absorbed(scene: &Scene, material: u32, metres: f64) -> DVec3 {
     material.attenuation_color.as_dvec3().powf(metres / f64::from(material.attenuation_distance))
 }
 
-/// Light that a ray has left at a distance; `None` next to an edge.
+/// Light left on a ray at a distance; `None` next to an edge.
 fn truth(scene: &Scene, start: DVec3, way: DVec3) -> Option<impl Fn(f64) -> DVec3> {
     let bodies = [FOG, SMOG].map(|material| (material, meet(scene, material, start, way)));
     let (panes, pane_edge) = meet(scene, PANE, start, way);
@@ -105,7 +106,7 @@ fn a_ball_in_the_top_of_a_box() {
     }
 }
 
-/// Glass in which many faint casters hang loses nothing between them.
+/// Glass that contains many faint casters loses no light between them.
 #[test]
 fn thin_steps_of_a_volume_add_up() {
     let mut scene = stage(SUN);

@@ -33,7 +33,7 @@ fn passed(metres: f64) -> DVec3 {
     COLOR.powf(metres / DISTANCE)
 }
 
-/// A light that looks along -z from above the origin; 20 x 20 m, for any contents.
+/// A light that looks along -z from above the origin, 20 x 20 m, for any contents.
 pub(crate) fn stage(kind: LightKind) -> Scene {
     let mut scene = empty(vec![fog(), material(Transfer::Opaque)]);
     scene.lights.push(light(kind));
@@ -109,8 +109,8 @@ pub(crate) fn ray(maps: &ViewMaps, texel: usize) -> (DVec3, DVec3) {
     }
 }
 
-/// Distances along the ray of its hits with triangles of a material, and the smallest distance to an edge
-/// of a miss [share of a side]. Möller and Trumbore 1997.
+/// Distances along the ray of its hits with triangles of a material, and the smallest distance of a miss from
+/// an edge [share of a side]. Möller and Trumbore 1997.
 pub(crate) fn meet(scene: &Scene, material: u32, start: DVec3, way: DVec3) -> (Vec<f64>, f64) {
     let (mut met, mut edge) = (Vec::new(), 1.0_f64);
     for triangle in scene.triangles.iter().filter(|t| t.material == material) {
@@ -133,7 +133,7 @@ pub(crate) fn meet(scene: &Scene, material: u32, start: DVec3, way: DVec3) -> (V
     (met, edge)
 }
 
-/// Checks every texel whose ray is clear of edges against rays in 64 bits.
+/// Checks all texels whose rays are clear of edges against rays in 64 bits.
 fn check(scene: &Scene) {
     let mut compared = 0;
     for (maps, _) in all_maps(scene) {
@@ -203,7 +203,7 @@ fn half_in_the_ground_stops_at_the_ground() {
         scene.triangles.extend(cuboid(Vec3::new(-3.0, -2.5, -4.0), Vec3::new(2.6, 3.3, 1.7), FOG));
         scene.triangles.extend(floor(-1.0, WALL));
         check(&scene);
-        // Whole in the ground.
+        // Entirely in the ground.
         scene.triangles.extend(floor(3.0, WALL));
         check(&scene);
     }
@@ -246,7 +246,7 @@ fn balls_absorb_along_their_chord() {
     }
 }
 
-/// Slabs one behind another, which fill half of `depth`.
+/// Slabs one behind another that fill half of `depth`.
 fn slabs(count: u32, depth: f32) -> Vec<Triangle> {
     let step = depth / count as f32;
     let slab = |i: u32| {
@@ -328,7 +328,7 @@ fn bodies_that_are_mirrored_or_open() {
     assert!(read(&particles).unwrap_err().to_string().contains("no volume"));
 }
 
-/// A volume thicker than the sums hold is black, not bright.
+/// A volume thicker than the sums can hold is black, not bright.
 #[test]
 fn tar_is_black() {
     let mut scene = stage(SUN);

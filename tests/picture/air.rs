@@ -1,4 +1,4 @@
-//! Light that the air scatters: closed forms, and kernels against the CPU reference.
+//! Light scattered by the air: closed forms, and kernels against the CPU reference.
 use crate::common::{
     TIERS, Tier,
     files::read,
@@ -61,7 +61,7 @@ fn volume_through(scene: &Scene, offset: Vec2) -> (AirVolume, View) {
 /// Rounding of 48 sums in 32 bits, and the offset of the columns' rays from the pixel's.
 const ROUNDED: f64 = 2e-3;
 
-/// Light that is the same everywhere: `scattering (ambient + p E) (1 - exp(-extinction s)) / extinction`.
+/// Uniform light: `scattering (ambient + p E) (1 - exp(-extinction s)) / extinction`.
 #[test]
 fn even_light_scatters_as_in_the_closed_form() {
     let mut scene = sunny();
@@ -128,8 +128,8 @@ fn air_behind_glass_is_coloured_and_before_it_is_not() {
     assert!(seen(&scene, -12.0).max_element() < 1e-6);
 }
 
-/// Light of a lamp without shadows that clear air scatters along a ray from `eye`, up to `end` metres: a
-/// march of 20,000 steps by the formulas, in 64 bits.
+/// Light of a lamp without shadows that clear air scatters along a ray from `eye`, between distances `ends`
+/// [m]: a march of 20,000 steps by the formulas, in 64 bits.
 fn fine_march(lamp: &LightKind, eye: Vec3, ray: Vec3, ends: [f64; 2]) -> f64 {
     const STEPS: u32 = 20_000;
     let (position, cone) = match *lamp {
@@ -155,7 +155,7 @@ fn fine_march(lamp: &LightKind, eye: Vec3, ray: Vec3, ends: [f64; 2]) -> f64 {
     (0..STEPS).map(at).sum::<f64>() * step / (4.0 * std::f64::consts::PI)
 }
 
-/// Slices of a metre, lamps whose beams are a tenth of that wide where they begin: no sample may miss them.
+/// Slices of a metre, and lamps whose beams are at first a tenth of that wide: no sample may miss them.
 #[test]
 fn beams_are_as_bright_as_a_fine_march() {
     let spot = |position: [f32; 3], direction: [f32; 3], degrees: f32| LightKind::Spot {
@@ -244,8 +244,8 @@ fn share_apart(a: &Picture, b: &Picture) -> f64 {
 /// Share of pixels that rounding may decide, where a ray grazes an edge.
 const GRAZED: f64 = 3e-3;
 
-/// Columns and places of samples are between each other's: the mean of four is nearer to air of sixteen times the
-/// columns and four times the slices than one is.
+/// Columns and slices of samples lie between each other's: the mean of four is closer to air with sixteen
+/// times the columns and four times the slices than a single one.
 #[test]
 fn the_mean_of_samples_is_finer() {
     let mut scene = shafts();
@@ -257,7 +257,7 @@ fn the_mean_of_samples_is_finer() {
     let volumes: Vec<_> =
         scene.sample_offsets().map(|offset| (volume_through(&scene, offset).0, offset)).collect();
     let one = [(volume(&scene).0, Vec2::ZERO)];
-    // Pixels of the middle, as the mean of the truth over the places that the samples have in them.
+    // Pixels in the middle; the truth is the mean over the samples' positions in each.
     let error = |samples: &[(AirVolume, Vec2)]| {
         let pixels =
             (20..70).flat_map(|y| (20..140).map(move |x| Vec2::new(x as f32, y as f32) + 0.5));
@@ -298,7 +298,7 @@ fn pictures_match_the_reference() {
     }
 }
 
-/// As the density goes to 0 the picture goes to that without air.
+/// As the density goes to 0, the picture goes to that without air.
 #[test]
 fn thin_air_is_clear_air() {
     let mut scene = shafts();
@@ -309,7 +309,7 @@ fn thin_air_is_clear_air() {
     assert_eq!(share_apart(&reference_picture(&scene), &clear), 0.0);
 }
 
-/// Air that scatters without extinction: pixels without lit air are those of clear air to the last bit;
+/// Air that scatters without extinction: pixels without lit air equal those of clear air to the last bit;
 /// others only get brighter.
 #[test]
 fn shafts_need_no_veil() {

@@ -1,4 +1,4 @@
-//! Slices of the air that are lit: none behind all that a pixel shows, by counts.
+//! Lit slices of the air: none behind everything visible in a pixel, by counts.
 use super::air::AIR;
 use crate::common::{
     TIERS, gpu, renderer,
@@ -14,10 +14,10 @@ use gobo::{
 use gobo_picture::picture::{PictureCapacity, PictureRequest, PreparedPicture};
 use gobo_scene::Scene;
 
-/// Pixels of a column.
+/// Pixels per column.
 const CELL: u32 = 4;
 
-/// A wall that hides two thirds of the sky, in a picture of two bands, whose last columns are cut off.
+/// A wall that hides two thirds of the sky, in a picture of two bands whose last columns are cut off.
 fn walled() -> Scene {
     let mut scene = empty(vec![Material { transfer: Transfer::Opaque, ..Material::default() }]);
     scene.triangles = pane(0.3, 2.6, 0).to_vec();
@@ -32,8 +32,8 @@ fn walled() -> Scene {
     scene
 }
 
-/// Slices that each column needs, up to a surface, and up to a face in the same plane: from the depths of the pixels
-/// between whose columns it is.
+/// Slices that each column needs, up to a surface, and up to a face in the same plane: by the depths of the
+/// pixels between its neighbours.
 fn needed(depths: &[f32], size: UVec2, offset: Vec2, steps: u32) -> Vec<[u16; 2]> {
     let columns = size.map(|pixels| pixels.div_ceil(CELL));
     let mut needed = vec![[0; 2]; columns.element_product() as usize];
@@ -66,7 +66,7 @@ fn air_behind_all_surfaces_is_not_lit() {
         let capacity = PictureCapacity::default();
         let request = PictureRequest { scene: &scene, camera, prepared, capacity };
         let picture = PreparedPicture::new(&shadows, &request, &mut Default::default()).unwrap();
-        // What one picture has lit, the next lights again.
+        // The next picture lights the same slices again.
         let lit = [0, 1].map(|_| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             prepared.record(&mut encoder).unwrap();
@@ -91,7 +91,7 @@ fn air_behind_all_surfaces_is_not_lit() {
     }
 }
 
-/// The light of the air does not depend on which band has asked for it.
+/// The light of the air does not depend on the band that requests it.
 #[test]
 fn a_picture_of_two_bands_matches_the_reference() {
     let scene = walled();

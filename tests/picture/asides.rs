@@ -1,5 +1,5 @@
-//! What look-ups of area lights lay aside, in workgroup memory as on a GPU and in registers as on software adapters: the
-//! same bits.
+//! Saved values of area lights' look-ups, in workgroup memory as on GPUs and in registers as on software
+//! adapters, give the same bits.
 use super::{air::AIR, masks};
 use crate::common::{TIERS, gpu};
 use gobo::{
@@ -12,13 +12,14 @@ use gobo_scene::Scene;
 
 fn picture(scene: &Scene, in_registers: bool) -> Picture {
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
-    renderer.configure(|config| config.profile.columns = in_registers);
+    renderer.configure(|config| config.tuning.columns = in_registers);
     let options = RenderOptions { light: true, ..RenderOptions::default() };
     let frame = renderer.render(scene, &options);
     frame.unwrap_or_else(|error| panic!("{error}")).picture
 }
 
-/// A sun with cascades and a lamp with six faces, both with a size, over solids and a pane, in air, with masks and without.
+/// A sun with cascades and a lamp with six faces, both with a size, over solids and a pane, in air, with
+/// masks and without.
 #[test]
 fn asides_change_no_bit() {
     let mut scene = masks::room(true);
@@ -33,7 +34,7 @@ fn asides_change_no_bit() {
         assert!(!laid.light.is_empty() && laid.rgb.len() == kept.rgb.len());
         let pixels = laid.light.iter().zip(&kept.light);
         assert_eq!(pixels.filter(|(a, b)| a != b).count(), 0, "{mask:?}");
-        // Some of it is in penumbrae.
+        // Part of it is in penumbrae.
         let shades: std::collections::HashSet<_> = laid.rgb.iter().collect();
         assert!(shades.len() > 100, "{} colours", shades.len());
     }

@@ -1,4 +1,4 @@
-//! `camera.bloom` and `camera.tone`: light that spreads, and curves to the screen.
+//! `camera.bloom` and `camera.tone`: spread light, and tone curves.
 use crate::common::{TIERS, files::read, reference_picture, render};
 use gobo::{
     Camera, Material, Transfer,
@@ -44,7 +44,8 @@ fn sums(light: &[[f32; 3]]) -> [f64; 4] {
 
 #[test]
 fn no_light_is_lost_or_added() {
-    // Halves of levels round by 2^-11; at the picture's border, where little arrives, texels repeat.
+    // Half floats of levels round by 2^-11; at the picture's border, where little light arrives, texels
+    // repeat.
     const LOST: f64 = 0.02;
     let share = 0.25;
     let [whole, ..] = sums(&render(TIERS[0], &lamp(0.0)).picture.light);
@@ -53,7 +54,7 @@ fn no_light_is_lost_or_added() {
         let picture = render(tier, &scene).picture;
         let found = sums(&picture.light);
         assert!((found[0] / whole - 1.0).abs() < LOST, "{} of {whole}", found[0]);
-        // What spreads, spreads wide: of the share, this much at least is so far away.
+        // Least share of the spread light at these distances.
         for (far, least) in found[1..].iter().zip([0.35, 0.15, 0.02]) {
             let part = far / (whole * f64::from(share));
             assert!(part > least && part < 1.0, "{found:?} of {whole}: {part}");
@@ -82,7 +83,7 @@ fn curves_are_those_of_their_papers() {
     for light in [0.0, 0.02, 0.18, 0.5, 0.9, 3.0, 1e30] {
         for tone in [Tone::Linear, Tone::Filmic] {
             let mut scene = crate::common::scenes::empty(Vec::new());
-            // The horizon: what is seen above is brighter.
+            // At the horizon: the sky above is brighter.
             scene.background = Vec3::splat(light);
             scene.camera = Camera {
                 eye: Vec3::ZERO,

@@ -38,7 +38,7 @@ fn ball(edge: i32, middle: Vec3) -> Grid {
     }
 }
 
-/// A grid of `albedo` under a sun; nothing else is bright.
+/// A grid of `albedo` under a sun, in the dark.
 fn scene_of(grid: Grid, albedo: Vec3) -> Scene {
     let brick =
         Material { shape: Shape::Brick, tint: albedo.extend(1.0), ..material(Transfer::Filter) };
@@ -117,7 +117,7 @@ fn gpu_matches_reference() {
     let mut scene = stage();
     (scene.shadow.nodes, scene.shadow.size) = (8, 128);
     assert_matches_reference(&scene);
-    // From inside, where most bricks are beside the picture; and through the nearest depth.
+    // From inside, where most bricks are outside the picture; and by the nearest depth.
     scene.camera.eye = Vec3::new(-0.2, 0.15, 0.35);
     scene.camera.size = UVec2::new(40, 30);
     assert_matches_reference(&scene);
@@ -125,7 +125,7 @@ fn gpu_matches_reference() {
     assert_matches_reference(&scene);
 }
 
-/// What is hot and hides what is behind it has the colour of its temperature.
+/// A hot, opaque body has the colour of its temperature.
 #[test]
 fn soot_glows_as_a_black_body() {
     let cube = |kelvin: f32| {
@@ -139,7 +139,7 @@ fn soot_glows_as_a_black_body() {
         (scene.camera.eye, scene.camera.size) = (Vec3::new(0.0, 0.0, 9.0), UVec2::splat(8));
         scene
     };
-    // By the CIE's table of its observer of 1931, as shares of red at 1500 K.
+    // By the table of the CIE's observer of 1931, as shares of red at 1500 K.
     for (kelvin, truth) in [
         (1500.0, [1.0, 0.133, 0.0]),
         (1850.0, [18.203, 4.013, 0.0]),
@@ -158,11 +158,11 @@ fn soot_glows_as_a_black_body() {
     }
 }
 
-/// Light that a grid sends along a line, from the definition: at each of `STEPS` places what remains of the light
-/// after the way there, and what the sun sends there, scattered four times.
+/// Light that a grid sends along a line, by definition: at each of `STEPS` positions the transmittance up to
+/// there, times the sun's light there, scattered four times.
 fn marched(scene: &Scene, line: &Line) -> DVec3 {
     const STEPS: usize = 96;
-    /// Of the line, where the grid is [m].
+    /// Part of the line that contains the grid [m].
     const RANGE: [f64; 2] = [1.5, 4.9];
     let grid = &scene.grids[0];
     let LightKind::Directional { direction } = scene.lights[0].kind else { panic!("a sun") };
@@ -181,7 +181,7 @@ fn marched(scene: &Scene, line: &Line) -> DVec3 {
         let part = (2.0 * step as f64 + 1.5) / (2 * STEPS) as f64;
         let at = RANGE[0] + (RANGE[1] - RANGE[0]) * part;
         let toward = Line { start: line.start + line.way * at, way: sun };
-        // Up to the middle of the way.
+        // Up to the middle of the path.
         let through = passed(toward.optical_depths(grid, [0.0, 8.0], 1)[0]);
         let cosine = sun.dot(line.way);
         let (mut arriving, mut before) = (DVec3::ZERO, DVec3::ZERO);
@@ -200,11 +200,11 @@ fn marched(scene: &Scene, line: &Line) -> DVec3 {
     light
 }
 
-/// Light is linear between points two voxels apart, where it falls by up to a third, and each third of a ray's way
-/// through a brick is even.
+/// Light is linear between points two voxels apart, where it falls by up to a third, and each third of a
+/// ray's path through a brick has even density.
 const INTERPOLATED: (f64, f64) = (0.016, 0.045);
 
-/// No brick is seen: the light of a cloud of 4 x 4 x 4 bricks is that of a march through its voxels.
+/// No brick is visible: the light of a cloud of 4 x 4 x 4 bricks equals that of a march through its voxels.
 #[test]
 fn a_cloud_shades_itself() {
     const APART: u32 = 4;

@@ -1,4 +1,4 @@
-//! Shadow catchers: floors of which a picture shows the shadows alone.
+//! Shadow catchers: floors of which a picture shows only the shadows.
 use crate::common::{
     TIERS,
     files::{Folder, read},
@@ -78,7 +78,7 @@ fn a_catcher_shows_what_is_behind_it_times_its_share_of_the_light() {
     }
 }
 
-/// Without a caster a floor under any lights and surroundings is as if there were none.
+/// Without a caster, a floor under any lights and surroundings is invisible.
 #[test]
 fn a_catcher_without_shadows_is_not_seen() {
     let mut with = floor("[0.1, 0.1, 0.4]");
@@ -109,7 +109,7 @@ intensity = 9
             }
         }
     }
-    // In the dark it shows all that is behind it.
+    // In the dark it shows its background unchanged.
     with.lights.clear();
     with.environment = None;
     with.ambient = Vec3::ZERO;

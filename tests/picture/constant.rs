@@ -1,4 +1,4 @@
-//! What stands still in constant light stays as it is, whatever moves beside it.
+//! Still objects in constant light look the same, whatever moves beside them.
 use super::steady::VISIBLE;
 use crate::common::{files::read, gpu};
 use gobo::{
@@ -161,7 +161,7 @@ position = [-3.2, 3, 1]
 intensity = 25
 ";
 
-/// Lights, and what moves beside the box.
+/// Lights, and the movement beside the box.
 fn scenes() -> Vec<(&'static str, String, &'static str)> {
     let rect = "source = { kind = 'rect', width = 0.4, height = 0.2 }\n";
     vec![
@@ -178,7 +178,7 @@ fn scenes() -> Vec<(&'static str, String, &'static str)> {
 
 /// Times of the frames [s].
 const TIMES: [f64; 7] = [0.0, 0.21, 0.37, 0.6, 0.83, 1.1, 1.4];
-/// Pixels by which filters and samples carry what moves beyond where it is seen alone.
+/// Pixels by which filters and samples extend a moving object beyond its visible outline.
 const APART: i32 = 3;
 
 fn pictures(renderer: &mut Renderer, mut scene: Scene) -> Vec<Vec<[u8; 3]>> {
@@ -199,7 +199,7 @@ fn ranges(pictures: &[Vec<[u8; 3]>]) -> Vec<u8> {
     (0..pictures[0].len()).map(range).collect()
 }
 
-/// Whether each pixel has the same light in all frames: nothing that moves is near, by the ground alone.
+/// Whether each pixel has the same light in all frames: nothing that moves is close, by the ground alone.
 fn constant(ranges: &[u8], width: i32) -> Vec<bool> {
     let height = ranges.len() as i32 / width;
     let is_still = |at: i32| {
@@ -235,14 +235,14 @@ fn nothing_that_stands_still_changes() {
         if kept.0 > 0 {
             wrong.push(name);
         }
-        // Views that follow the frame change what the check must see.
+        // The check must notice views that follow the frame.
         assert!(light != SUN || followed.0 > 0, "{name}");
     }
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// A light that stands still has the same views in all frames, in whatever order they come; so has a scene that is
-/// rendered at one time alone.
+/// A still light has the same views in all frames, in any order; so has a scene that is rendered at one time
+/// alone.
 #[test]
 fn lights_that_stand_still_keep_their_views() {
     let camera = "

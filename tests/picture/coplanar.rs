@@ -1,4 +1,4 @@
-//! Faces in one plane have one order: the one with the higher id, which comes later in the file, is in front.
+//! Coplanar faces have one order: the one with the higher id, which is later in the file, is in front.
 use crate::common::{TIERS, files::read, reference_picture, render};
 use gobo_scene::Scene;
 
@@ -42,7 +42,7 @@ fn hanging(material: &str, right: f32) -> String {
     )
 }
 
-/// Pixels all around which a shape is seen if it is alone.
+/// Pixels whose whole surroundings show a shape when it is alone.
 fn inside(shape: &str) -> Vec<usize> {
     let [bare, alone] =
         [&[][..], &[shape]].map(|shapes| render(TIERS[0], &scene(shapes)).picture.rgb);

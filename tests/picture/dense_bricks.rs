@@ -1,4 +1,4 @@
-//! Voxels that are dense: light falls within one of them.
+//! Dense voxels: light falls within a single voxel.
 use crate::common::{
     TIERS, reference_picture, render,
     scenes::{empty, light, material},
@@ -21,8 +21,8 @@ const COLOR: DVec3 = DVec3::new(1.0, 0.5, 0.25);
 /// Directions in which the sun shines, world space.
 const SUN: Vec3 = Vec3::new(0.3, -1.0, 0.2);
 
-/// A box of 10^3 voxels, of an optical depth of `depth` a voxel, turned, under a sun. Its bricks begin at voxels whose
-/// number is a multiple of 8 less `shift`.
+/// A rotated box of 10^3 voxels with optical depth `depth` per voxel, under a sun. Its bricks begin at voxel
+/// numbers that are multiples of 8, less `shift`.
 fn stage(depth: f32, shift: i32) -> Scene {
     let body = Material { shape: Shape::Brick, ..material(Transfer::Filter) };
     let mut scene = empty(vec![body]);
@@ -53,7 +53,8 @@ fn world_from_index() -> Affine3A {
         * Affine3A::from_scale(Vec3::splat(VOXEL))
 }
 
-/// Density at a place in index space: trilinear between the box's voxels and what is around them, which is 0.
+/// Density at a position in index space: trilinear between the box's voxels and the surrounding ones, which
+/// are 0.
 fn density(place: DVec3) -> f64 {
     let [first, last] = BOX.map(f64::from);
     let rises = place - (first - 1.0);
@@ -61,14 +62,14 @@ fn density(place: DVec3) -> f64 {
     rises.min(falls).clamp(DVec3::ZERO, DVec3::ONE).element_product()
 }
 
-/// Integral of density from a place on along a way of a voxel's length, by so many steps of an eighth of a voxel that it
-/// ends outside.
+/// Integral of density along a ray from a position, in steps of an eighth of a voxel, until it is surely
+/// outside; `way`: a voxel's length.
 fn shade(place: DVec3, way: DVec3) -> f64 {
     (0..160).map(|i| density(place + way * ((f64::from(i) + 0.5) / 8.0)) / 8.0).sum()
 }
 
-/// Light that the box sends along a ray from the eye, but for a factor: what each sixteenth of a voxel absorbs, times the
-/// sun's light there, scattered four times (docs/grids.md).
+/// Light that the box sends along a ray from the eye, up to a factor: the absorption of each sixteenth of a
+/// voxel, times the sun's light there, scattered four times (docs/grids.md).
 fn marched(eye: DVec3, way: DVec3, sun: DVec3, depth: f64) -> DVec3 {
     const STEP: f64 = 1.0 / 16.0;
     let (mut left, mut sum) = (DVec3::ONE, DVec3::ZERO);
@@ -92,7 +93,7 @@ fn marched(eye: DVec3, way: DVec3, sun: DVec3, depth: f64) -> DVec3 {
     sum
 }
 
-/// What a camera sees at each pixel.
+/// Light at each pixel of a camera.
 fn truth(scene: &Scene, depth: f64) -> Vec<DVec3> {
     let to_index = {
         let a = world_from_index();
@@ -117,7 +118,7 @@ fn truth(scene: &Scene, depth: f64) -> Vec<DVec3> {
     pixels.map(ray).collect()
 }
 
-/// Mean and largest difference of what is seen of the box, as shares of the brightest; the brightness of the lamp is
+/// Mean and largest difference of the box's pixels, as shares of the brightest; the brightness of the lamp is
 /// fitted.
 fn apart(picture: &Picture, truth: &[DVec3]) -> (f64, f64) {
     let seen: Vec<_> = picture
@@ -140,8 +141,8 @@ fn apart(picture: &Picture, truth: &[DVec3]) -> (f64, f64) {
     (sum / seen.len() as f64, most)
 }
 
-/// Optical depth of a voxel, and how far pictures may be off in the mean and at most, as shares of the brightest: light is
-/// linear within two thirds of a voxel, and maps keep none below 1/1024.
+/// Optical depth of a voxel, and tolerances of pictures in the mean and at most, as shares of the brightest:
+/// light is linear within two thirds of a voxel, and maps store none below 1/1024.
 const MUST: [(f32, f64, f64); 2] = [(0.5, 0.01, 0.03), (2.0, 0.02, 0.08)];
 
 #[test]
@@ -158,10 +159,10 @@ fn dense_voxels_have_the_light_of_a_march() {
     }
 }
 
-/// Where a box is cut into bricks hardly shows, neither at their faces nor elsewhere: the same box with its bricks half a
-/// brick aside looks the same, as its points are at the same places, but for what curves keep of other bricks. Rays go
-/// from one layer of bricks to the next above it while the camera looks down; the second eye is hardly below the plane
-/// between the layers.
+/// The division of a box into bricks hardly shows, neither at their faces nor elsewhere: shifted by half a
+/// brick the box looks the same, as its points are at the same positions, except for the error of curves
+/// behind other bricks. Rays go from one layer of bricks to the next above it while the camera looks down;
+/// the second eye is just below the plane between the layers.
 #[test]
 fn bricks_hardly_show() {
     for (depth, height) in [(0.5, 1.6), (2.0, 1.6), (2.0, 1.695)] {
@@ -217,7 +218,7 @@ fn kernels_match_reference() {
     }
 }
 
-/// Thin grids keep their coarse lattices, dense ones have fine ones, while there is room for them.
+/// Thin grids keep their coarse lattices, dense grids have fine ones while there is room.
 #[test]
 fn lattices_are_as_fine_as_their_grids_want() {
     let edge = |grid: Grid| {

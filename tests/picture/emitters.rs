@@ -1,4 +1,4 @@
-//! Emitters of scene files on the device: the same maps and pictures as by the CPU, and the same frame alone
+//! Emitters of scene files on the device: the same maps and pictures as on the CPU, and the same frame alone
 //! and in a sequence.
 use crate::common::{TIERS, files::read, gpu, own_gpu, tiers};
 use gobo::gpu::Tier;
@@ -106,7 +106,7 @@ radius = [0.05, 0.01]
 seed = 6
 ";
 
-/// Turbulence, a ground and boxes, a path and a stop: what grows each rounding.
+/// Turbulence, a ground and boxes, a path and a stop: all of them amplify rounding.
 const WILD: &str = "
 [[emitter]]
 material = 'smoke'
@@ -140,13 +140,15 @@ const OPTIONS: RenderOptions<'static> = RenderOptions {
     maps_of: None,
     sums: false,
     sample: None,
+    curves_stay: false,
     keep: true,
     light: true,
     debug: &[],
     maps_only: false,
+    watch: None,
 };
 
-/// On the native tier no material asks for owners, so that tiny particles may be scattered.
+/// On the native tier no material needs owners, so tiny particles may be scattered.
 fn staged(tier: Tier, emitters: &str) -> Scene {
     let owners = if tier == Tier::Core { "" } else { "receives = 'others'\n" };
     let stage = STAGE.replace(owners, "");
@@ -172,8 +174,8 @@ fn at(renderer: &mut Renderer, scene: &mut Scene, seconds: f64) -> Frame {
     renderer.render(scene, &OPTIONS).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Shares of texels whose filter differs by more than 0.01, of texels whose opaque depth does by more than
-/// 0.002, and of pixels whose light does by more than 0.02.
+/// Shares of texels whose filter differs by more than 0.01, of texels whose opaque depth differs by more than
+/// 0.002, and of pixels whose light differs by more than 0.02.
 fn shares_off(a: &Frame, b: &Frame) -> [f64; 3] {
     let far = |x: &[f32; 3], y: &[f32; 3], most: f32| (0..3).any(|c| (x[c] - y[c]).abs() > most);
     let (mut texels, mut filters, mut depths) = (0, 0, 0);
@@ -201,10 +203,10 @@ fn assert_same(a: &Frame, b: &Frame, what: &str) {
     assert_eq!(a.counters.casters, b.counters.casters, "{what}");
 }
 
-/// Positions of both differ by 1e-5 m, a ten-thousandth of a radius and less than a thousandth of a texel:
-/// a soft disc's opacity changes by less than 1e-3, and a hard edge passes the centre of one texel in a thousand.
-/// So one texel in a thousand may be off, in a map of hardly more than soft discs. A force that is off by an eighth
-/// moves particles by centimetres, and with them several texels in a thousand.
+/// Positions of both differ by 1e-5 m, a ten-thousandth of a radius and less than a thousandth of a texel: a
+/// soft disc's opacity changes by less than 1e-3, and a hard edge crosses the centre of one texel in a
+/// thousand. So one texel in a thousand may be off, in a map of little more than soft discs. A force that is
+/// off by an eighth moves particles by centimetres, and changes several texels in a thousand.
 #[test]
 fn the_device_draws_what_the_cpu_does() {
     const MAX: f64 = 0.001;
@@ -282,10 +284,11 @@ fn a_frame_alone_is_that_of_the_sequence() {
     }
 }
 
-/// A scene of emitters alone, from before its first particle to behind its last.
+/// A scene of emitters alone, from before its first particle until after its last.
 #[test]
 fn an_emitter_may_have_sent_out_nothing() {
-    let emitter = "[[material]]\nname = 'm'\n[[emitter]]\nmaterial = 'm'\nrate = 90\nlifetime = 0.5\nstart = 1\nstop = 2\n";
+    let emitter = "[[material]]\nname = 'm'\n[[emitter]]\nmaterial = 'm'\nrate = 90\nlifetime = 0.5\n\
+        start = 1\nstop = 2\n";
     let text = format!("[camera]\nsize = [16, 16]\n[shadow]\nsize = 32\n{emitter}");
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
     for (seconds, least) in [(0.5, 0), (1.5, 43), (3.0, 0)] {
@@ -302,10 +305,11 @@ fn an_emitter_may_have_sent_out_nothing() {
     }
 }
 
-/// Particles that have ended, or have not begun, are not left out: they are none.
+/// Particles that have ended, or have not begun, do not count as left out.
 #[test]
 fn particles_that_fly_too_far_are_counted_on_the_device() {
-    let emitter = "[[emitter]]\nmaterial = 'm'\nrate = 60\nlifetime = 3\nvelocity = [6.1e6, 0, 0]\nextent = [0, 0, 0]\n";
+    let emitter = "[[emitter]]\nmaterial = 'm'\nrate = 60\nlifetime = 3\nvelocity = [6.1e6, 0, 0]\n\
+        extent = [0, 0, 0]\n";
     let text = format!(
         "[camera]\neye = [0, 1, 9]\ntarget = [0, 0, 0]\nsize = [16, 16]\n[shadow]\nsize = 32\n\
          [[material]]\nname = 'm'\n{emitter}"
@@ -357,7 +361,7 @@ fn without_a_device_nothing_is_left_to_it() {
     assert!(cpu.light_points(&scene, &[]).is_err());
 }
 
-/// What a device allocates does not grow with the frames.
+/// A device's allocations do not grow with the frames.
 #[test]
 fn a_sequence_allocates_no_more_than_its_first_frames() {
     let gpu = own_gpu(TIERS[0]);

@@ -88,7 +88,7 @@ fn images_look_where_they_say() {
     assert_eq!(seen(&turned, Vec3::NEG_Z, 0.0), Vec3::ZERO);
 }
 
-/// An image with a sun of 2 degrees around `toward`, of a radiance of 800, in an even sky.
+/// An image with a sun of 2 degrees around `toward`, of radiance 800, in an even sky.
 fn with_sun(toward: DVec3) -> (UVec2, Vec<[f32; 3]>) {
     const PLACES: u32 = 8;
     let size = UVec2::new(256, 128);
@@ -116,7 +116,7 @@ fn an_image_gives_its_sun_as_a_light() {
     let (environment, sun) = Environment::of_image_without_sun(size, &texels, 0.0, 2.0);
     let sun = sun.expect("a sun");
     assert!(sun.direction.as_dvec3().dot(-toward) > 0.5f64.to_radians().cos());
-    // Of a disc of half an angle `a` and radiance L: pi L sin(a)^2.
+    // Irradiance of a disc with half angle `a` and radiance L: pi L sin(a)^2.
     let full = std::f32::consts::PI * 2.0 * 1f32.to_radians().sin().powi(2);
     let exact = Vec3::new(800.0, 720.0, 600.0) * full;
     assert!(((sun.irradiance - exact) / exact).abs().max_element() < 0.1, "{sun:?} {exact}");
@@ -127,12 +127,12 @@ fn an_image_gives_its_sun_as_a_light() {
         let found = irradiance_at(environment.irradiance(), n);
         assert!((found - sky).abs().max_element() < 0.02, "{n}: {found}");
     }
-    // It is still seen, as it was.
+    // It is still visible, unchanged.
     let scene = within(environment);
     assert!(seen(&scene, toward.as_vec3(), 0.0).x > 200.0);
     let rough = seen(&scene, toward.as_vec3(), 0.6);
     assert!((rough - sky).abs().max_element() < 0.02, "{rough}");
-    // Clouds have no sun, however uneven.
+    // Clouds have no sun, however uneven they are.
     let cloudy: Vec<[f32; 3]> = (0..size.x * size.y).map(|i| [0.2 + (i % 7) as f32; 3]).collect();
     assert_eq!(Environment::of_image_without_sun(size, &cloudy, 0.0, 1.0).1, None);
 }
@@ -152,14 +152,14 @@ fn the_sun_of_an_image_takes_the_place_of_the_default_one() {
     let LightKind::Directional { direction } = sun.kind else { panic!("a sun") };
     assert!((direction - Vec3::new(0.0, -0.8, -0.6)).length() < 0.02, "{direction}");
     assert!(sun.source.is_some() && sun.color.max_element() == 1.0);
-    // A scene with lights has these, and the image is all around.
+    // A scene with lights keeps them, and the image is all around.
     let lamp = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\n";
     let lit = scene::load(&folder.write("b.toml", format!("{sky}{lamp}"))).unwrap();
     assert_eq!(lit.lights.len(), 1);
     assert!(lit.mean_ambient().x > 1.05 * scene.mean_ambient().x);
 }
 
-/// Reflection by half vectors of GGX (Walter et al. 2007) about `n`, weighted like Karis 2013: `n` is
+/// Reflection by half vectors of GGX (Walter et al. 2007) about `n`, weighted as in Karis 2013: `n` is
 /// `height` above the border between black below and white above.
 fn mirrored_of_halves(height: f64, roughness: f64) -> f64 {
     const STEPS: u32 = 600;
@@ -275,7 +275,7 @@ fn pictures_match_the_reference() {
         let apart = share_apart(&render(tier, &scene).picture, &expected);
         assert!(apart <= GRAZED, "{tier:?}: {apart}");
     }
-    // Where the surroundings are two colours, metal mirrors them.
+    // With surroundings of two colours, metal mirrors them.
     let plain = Scene { environment: None, background: Vec3::splat(0.4), ..scene.clone() };
     let mut dull = plain.clone();
     dull.materials.iter_mut().for_each(|material| material.metallic = 0.0);
@@ -302,7 +302,7 @@ fn the_background_is_the_same_all_around() {
     }
 }
 
-/// The sun's power follows from its angle, though it is smaller than a texel or two.
+/// The sun's power follows from its angle, even if it is smaller than a texel or two.
 #[test]
 fn the_sun_is_as_bright_as_it_is_large() {
     let dark = Sky { zenith: Vec3::ZERO, horizon: Vec3::ZERO, ground: Vec3::ZERO, sun: None };
@@ -383,7 +383,7 @@ fn radiance_files_are_read_and_damaged_ones_refused() {
     }
 }
 
-/// Files alone have a sky, unless two colours are given.
+/// Single files have a sky, unless two colours are given.
 #[test]
 fn files_alone_have_a_sky() {
     let folder = Folder::new();

@@ -1,13 +1,13 @@
-//! What the CPU reference is said to take, beside what it takes.
+//! Estimated time of the CPU reference against its actual time.
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene as scene;
 use gobo_scene::Scene;
 use std::time::Instant;
 
-/// Most that an estimate may be off, as a factor: it counts casters and texels, and not what their hits cost each.
+/// Largest error of an estimate, as a factor: it counts casters and texels, and not the cost of their hits.
 const FACTOR: f64 = 3.0;
 
-/// Other tests take the cores in between, now while the speed is measured and now while the picture is made.
+/// Other tests use the cores now and then, while the speed is measured or while the picture is made.
 const TRIES: usize = 8;
 
 fn load(name: &str, set: &[(&str, &str)]) -> Scene {

@@ -1,5 +1,5 @@
-//! Light is neither made nor lost: what is white cannot be seen in an even sky, and no caster sends out more light than it
-//! takes.
+//! Light is neither made nor lost: a white body cannot be seen in an even sky, and no caster sends out more
+//! light than it takes.
 use crate::common::{
     TIERS, Tier, reference_picture, render,
     scenes::{empty, light, material, particle, triangle},
@@ -54,7 +54,7 @@ fn cube(factor: f32, edge: f32, middle: Vec3, material: u32, anisotropy: f32) ->
     }
 }
 
-/// Every kind of caster, each of `albedo` in a slot of its own, in a sky of radiance 0.5.
+/// Casters of all kinds, each with `albedo` in a slot of its own, in a sky of radiance 0.5.
 fn furnace(albedo: f32) -> Scene {
     let tint = Vec3::splat(albedo).extend(1.0);
     let of = |shape: Shape, transfer: Transfer| Material { tint, shape, ..material(transfer) };
@@ -136,7 +136,7 @@ fn pictures(scene: &Scene) -> Vec<Picture> {
     [reference_picture(scene)].into_iter().chain(of_tiers).collect()
 }
 
-/// Halves, and 12 bits of roughness and polish, of 0.5.
+/// Rounding of half floats, and of roughness and polish in 12 bits, at 0.5.
 const ROUNDED: f32 = 1e-3;
 
 #[test]
@@ -158,7 +158,7 @@ fn white_casters_cannot_be_seen_in_an_even_sky() {
     }
 }
 
-/// In ambient light, too, what has no face: of all that is in the air.
+/// Bodies without a face have ambient light, too.
 #[test]
 fn white_smoke_cannot_be_seen_in_ambient_light() {
     let mut white = Scene { environment: None, ..furnace(1.0) };
@@ -172,7 +172,8 @@ fn white_smoke_cannot_be_seen_in_ambient_light() {
     }
 }
 
-/// What takes a share of a sun's light sends that share evenly to all sides; a grid by its phase function, as the air does.
+/// A caster sends its share of a sun's light evenly to all sides; a grid sends it by its phase function, like
+/// the air.
 #[test]
 fn thin_casters_scatter_what_they_take() {
     const TAKEN: f32 = 0.02;
@@ -210,14 +211,15 @@ fn thin_casters_scatter_what_they_take() {
     all.extend(TIERS.map(|tier| render(tier, &scene).picture));
     for picture in &all {
         for (slot, g) in [(0, 0.0), (1, 0.0), (2, 0.0), (3, 0.0), (4, 0.0), (5, 0.0), (6, 0.6)] {
-            // A pixel's middle is aside of the caster's, and a grid shades itself a little.
+            // A pixel's middle is beside the caster's, and a grid shades itself a little.
             let share = at(picture, slot) / (TAKEN * phase(g));
             assert!((0.97..1.005).contains(&share), "slot {slot}: {share}");
         }
     }
 }
 
-/// Light of a sun from `angle` to the normal or axis Y that a point sends to all sides, as a share of what arrives.
+/// Light that a point sends to all sides from a sun at `angle` to its normal or axis Y, as a share of the
+/// arriving light.
 fn sent(kind: PointKind, angle: f32, roughness: f32, metallic: f32) -> f32 {
     const STEPS: u32 = 240;
     let mut scene = empty(Vec::new());

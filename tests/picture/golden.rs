@@ -8,20 +8,20 @@ use std::path::PathBuf;
 
 const SCENES: [&str; 5] = ["smoke", "glass", "box", "mixed", "cascades"];
 
-/// Mean FLIP error (Andersson et al. 2020) under which two pictures look the same; a different
-/// driver rounds a few channels differently, which stays below a tenth of it.
+/// Mean FLIP error (Andersson et al. 2020) below which two pictures look the same; a different driver rounds
+/// a few channels differently, which stays below a tenth of it.
 const LOOKS_THE_SAME: f32 = 0.01;
 
 /// Largest difference between CPU reference and kernel by rounding, in steps of 8 bits.
 const ROUNDED: u8 = 4;
-/// Share of the channels that may be further apart: pixels whose ray grazes an edge.
+/// Share of the channels that may differ by more: pixels whose ray grazes an edge.
 const GRAZED: f64 = 1e-3;
 
 fn file(path: &str) -> PathBuf {
     crate::common::root().join(path)
 }
 
-/// Small, so that the CPU reference is quick.
+/// Small, so that the CPU reference is fast.
 fn small(name: &str) -> Scene {
     let set = [("camera.size", "[240, 135]"), ("camera.samples", "1"), ("shadow.size", "256")]
         .map(|(key, value)| (key.to_owned(), value.to_owned()));

@@ -1,5 +1,5 @@
-//! Shadow masks of a host's depths, normals and shadow functions, compared with the picture's masks and
-//! with known values of a function.
+//! Shadow masks of a host's depths, normals and shadow functions, compared with the picture's masks and with
+//! known values of a function.
 use super::masks::{OFF, room};
 use crate::common::{TIERS, gpu, shadows};
 use gobo::{
@@ -92,7 +92,7 @@ fn opaque_room() -> Scene {
     scene
 }
 
-/// From the depths and normals of the picture a host gets the same bytes as the picture.
+/// From the picture's depths and normals a host gets the picture's bytes.
 #[test]
 fn a_hosts_depths_and_normals_give_the_masks_of_the_picture() {
     for (glass, half, taps) in
@@ -204,7 +204,7 @@ fn clouds(host: &Host, share: Vec3, edge: f32) -> Clouds {
     Clouds { function, bindings }
 }
 
-/// The share of a host's function multiplies the share by the maps.
+/// A host's function multiplies the maps' share.
 #[test]
 fn a_hosts_function_multiplies_what_the_maps_say() {
     let share = Vec3::new(0.2, 0.6, 0.9);

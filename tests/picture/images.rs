@@ -1,5 +1,5 @@
-//! Images that are smaller than a pixel: pictures show their means, and kernels what the CPU reference does. Colours of
-//! vertices, in pictures and maps.
+//! Images smaller than a pixel: pictures show their means, and kernels agree with the CPU reference. Vertex
+//! colours, in pictures and maps.
 use crate::common::{
     TIERS, gpu, map_frame, reference_picture,
     scenes::{empty, light as lamp, material, triangle},
@@ -16,7 +16,7 @@ use gobo_scene::Scene;
 
 const SIZE: u32 = 48;
 
-/// A chart of white and clear black texels in turn; `alpha` of the black ones.
+/// A chart of alternating white and transparent black texels; `alpha`: of the black ones.
 fn chart(edge: u32, alpha: u8) -> Texture {
     let texel = |i: u32| {
         let is_white = (i % edge + i / edge).is_multiple_of(2);
@@ -26,8 +26,8 @@ fn chart(edge: u32, alpha: u8) -> Texture {
     Texture { name: "chart".to_owned(), width: edge, height: edge, rgba }
 }
 
-/// A square of 6 m, which fills the middle of the picture from aside too, with the chart `times` over in 2 m; seen from
-/// `eye`, in front of darkness.
+/// A square of 6 m in the dark that fills the middle of the picture, also from the side; the chart repeats
+/// `times` times per 2 m; seen from `eye`.
 fn scene(of: Material, alpha: u8, times: f32, eye: Vec3) -> Scene {
     let mut scene = empty(vec![of]);
     scene.textures = vec![chart(64, alpha)];
@@ -46,7 +46,7 @@ fn scene(of: Material, alpha: u8, times: f32, eye: Vec3) -> Scene {
     scene
 }
 
-/// What shines by its chart alone.
+/// A material that shines by its chart alone.
 fn shining(transfer: Transfer) -> Material {
     let (emission, texture) = (Vec3::ONE, Some(0));
     Material { emission, texture, emissive_texture: Some(0), ..material(transfer) }
@@ -78,11 +78,11 @@ fn assert_even(light: &[f32], mean: f32, apart: f32) {
 
 #[test]
 fn small_texels_are_their_mean() {
-    // Twenty texels a pixel, head-on and from aside.
+    // Twenty texels per pixel, head-on and from the side.
     for eye in [Vec3::Z * 8.0, Vec3::new(5.0, 4.0, 4.0)] {
         assert_even(&light(&scene(shining(Transfer::Opaque), 255, 8.0, eye)), 0.5, 0.02);
     }
-    // Of a few texels a pixel, samples find the mean together.
+    // With a few texels per pixel, the samples together find the mean.
     let mut many = scene(shining(Transfer::Opaque), 255, 1.0, Vec3::Z * 8.0);
     many.samples = 4;
     assert_even(&light(&many), 0.5, 0.1);
@@ -119,7 +119,7 @@ fn small_holes_let_their_share_pass() {
         roughness: 1.0,
         ..material(transfer)
     };
-    // Schlick's reflectance of the pane's two faces is taken from what passes.
+    // Schlick's reflectance of the pane's two faces is subtracted from the transmitted light.
     assert_even(&light(&behind(dark(Transfer::Filter))), 0.49, 0.03);
     let mut leaves = behind(dark(Transfer::Cutout));
     for samples in [4, 16] {
@@ -128,14 +128,14 @@ fn small_holes_let_their_share_pass() {
     }
 }
 
-/// Colours of corners multiply the tint, evenly from one to the next: in the picture, and in what filters light.
+/// Vertex colours multiply the tint and are interpolated linearly: in the picture, and in filters of light.
 #[test]
 fn colours_of_corners_multiply() {
     let tint = Vec4::new(0.5, 1.0, 1.0, 1.0);
     let mut scene = scene(Material { tint, ..material(Transfer::Opaque) }, 255, 1.0, Vec3::Z * 8.0);
     let colors = [Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 1.0, 0.0, 1.0), Vec4::ONE];
     for triangle in &mut scene.triangles {
-        // All of it is seen.
+        // All of it is visible.
         triangle.positions = triangle.positions.map(|position| position / 3.0);
         triangle.colors = colors.map(VertexColor::new);
     }
@@ -163,7 +163,7 @@ fn colours_of_corners_multiply() {
         for (i, light) in picture.light.iter().enumerate() {
             let Some(expected) = expected(i) else { continue };
             seen += 1;
-            // The ambient light of a surface that faces the side is less than what comes from above.
+            // A surface that faces the side has less ambient light than one that faces up.
             let found = Vec3::from_array(*light) / whole;
             assert!((found - expected).abs().max_element() < 0.03, "{i}: {found}, not {expected}");
         }

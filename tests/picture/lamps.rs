@@ -1,4 +1,5 @@
-//! How the light of lamps falls towards the edge of a cone and the end of a range: shares of what a lamp without either sends.
+//! Falloff of lamps towards the edge of a cone and the end of a range, as shares of the light of a lamp
+//! without either.
 use crate::common::{
     Tier, reference_picture, render,
     scenes::{empty, material, triangle},
@@ -31,7 +32,7 @@ fn stage(light: Light) -> Scene {
     scene
 }
 
-/// Floor in the middle of a pixel.
+/// Point of the floor at a pixel's middle.
 fn floor(pixel: usize) -> DVec3 {
     let size = SIZE.as_dvec2();
     let slope = 30_f64.to_radians().tan() * 2.0 / size.y;
@@ -39,7 +40,8 @@ fn floor(pixel: usize) -> DVec3 {
     f64::from(EYE) * slope * DVec3::new(x - 0.5 * size.x, 0.0, y - 0.5 * size.y)
 }
 
-/// By the square of the share of the cosines (`KHR_lights_punctual`), or by a cubic from 0.85 of the angle on.
+/// Falloff by the square of the share of the cosines (`KHR_lights_punctual`), or by a cubic from 0.85 of the
+/// angle on.
 fn cone(point: DVec3, angle: f64, inner: Option<f64>) -> f64 {
     let cosine = (point - LAMP.as_dvec3()).normalize().dot(WAY.as_dvec3().normalize());
     let outer = (0.5 * angle).cos();

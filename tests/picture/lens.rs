@@ -1,5 +1,5 @@
-//! `camera.lens`: the blur of what is out of focus against the circle of confusion of a thin lens. `camera.shutter`: of what
-//! moves against the time that it is where it is seen.
+//! `camera.lens`: the blur of defocused objects against a thin lens's circle of confusion. `camera.shutter`:
+//! motion blur against the time that an object covers a pixel.
 use crate::common::{
     TIERS, gpu,
     scenes::{empty, material, triangle},
@@ -13,13 +13,13 @@ use gobo::{
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene::Scene;
 
-/// A strip of pixels, of which the middle row is measured.
+/// A strip of pixels whose middle row is measured.
 const SIZE: UVec2 = UVec2::new(64, 16);
-/// Of half the angle that the strip is high.
+/// Tangent of half the strip's vertical angle.
 const TANGENT: f32 = 0.05;
 const FOCUS: f32 = 5.0;
 
-/// A half plane that shines, at a distance from a lens that is sharp at [`FOCUS`].
+/// A shining half plane, at a distance from a lens focused at [`FOCUS`].
 fn half_plane(distance: f32, radius: f32) -> Scene {
     let mut scene = empty(vec![Material { emission: Vec3::ONE, ..material(Transfer::Opaque) }]);
     scene.camera = Camera {
@@ -71,13 +71,14 @@ fn blur_is_the_circle_of_confusion() {
     }
 }
 
-/// A ball that crosses the picture evenly while the shutter is open: each pixel has the share of the time in which it
-/// covers it. And without a shutter the frame is that of its time.
+/// A ball crosses the picture evenly while the shutter is open: each pixel has the share of the time in which
+/// the ball covers it. Without a shutter the frame is that of its time.
 #[test]
 fn what_moves_is_blurred_as_far_as_it_moves() {
     let ([width, height], fov_y) = (SIZE.to_array(), 2.0 * TANGENT.atan().to_degrees());
     let toml = format!(
-        "[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nfov_y = {fov_y}\nsize = [{width}, {height}]\nsamples = 32\n\
+        "[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nfov_y = {fov_y}\nsize = [{width}, {height}]\n\
+         samples = 32\n\
          shutter = 0.5\nocclusion = false\n[environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n\
          [[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\nintensity = 0\n\
          [[material]]\nname = 'lamp'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\nemission = [1, 1, 1]\n\
@@ -88,12 +89,12 @@ fn what_moves_is_blurred_as_far_as_it_moves() {
     let metre = f64::from(SIZE.y) * 0.5 / f64::from(TANGENT) / 5.0;
     for mut renderer in [Renderer::on(gpu(TIERS[0])).unwrap(), Renderer::on_cpu()] {
         let mut scene = crate::common::files::read(&toml).unwrap();
-        // In a tenth of a second it moves 0.8 m, of which the shutter sees 0.4 m.
+        // In a tenth of a second it moves 0.8 m; the shutter is open for 0.4 m of that.
         let picture = renderer.render_at(&mut scene, 0.5, 0.1, &options).unwrap().picture;
         let row = middle_row(&picture);
         for (x, light) in row.iter().enumerate() {
             let off = ((x as f64 + 0.5 - f64::from(SIZE.x) * 0.5) / metre).abs();
-            // A bar of 0.2 m over a way of 0.4 m.
+            // A bar of 0.2 m on a path of 0.4 m.
             let share = ((0.3 - off) / 0.4).clamp(0.0, 0.5);
             let found = f64::from(light[0]);
             assert!((found - share).abs() < 0.08, "{x}: {found}, not {share}");

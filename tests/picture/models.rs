@@ -1,4 +1,4 @@
-//! Models of glTF files in pictures: what has no light of its own, what covers, and the falloff of lamps.
+//! glTF models in pictures: unlit materials, coverage, and the falloff of lamps.
 use crate::common::{TIERS, files::Folder, model::Glb, reference_picture, render};
 use gobo::records::Picture;
 use gobo_scene as scene;
@@ -22,7 +22,7 @@ fn pictures(scene: &Scene) -> Vec<Picture> {
     [reference_picture(scene)].into_iter().chain(of_tiers).collect()
 }
 
-/// Light at a place of the ground.
+/// Light at a point of the ground.
 fn at(picture: &Picture, x: f32, z: f32) -> [f32; 3] {
     let pixel = |metres: f32| (32.0 + metres * 8.0) as usize;
     picture.light[pixel(z) * 64 + pixel(x)]
@@ -53,7 +53,8 @@ fn floor(model: &mut Glb) {
     model.json["nodes"][node]["scale"] = json!([8, 1, 8]);
 }
 
-/// `KHR_materials_unlit`: the base colour times that of the texture and corners, by its alpha, whatever the light.
+/// `KHR_materials_unlit`: the base colour times the texture's and the corners', blended by its alpha, in any
+/// light.
 #[test]
 fn what_is_unlit_shows_its_colour() {
     let mut model = Glb::new();
@@ -64,7 +65,10 @@ fn what_is_unlit_shows_its_colour() {
             "alphaMode": blend,
             "extensions": { "KHR_materials_unlit": {} },
             "emissiveFactor": [1, 1, 1],
-            "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.4, 0.6, 0.75], "baseColorTexture": { "index": texture } },
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [0.5, 0.4, 0.6, 0.75],
+                "baseColorTexture": { "index": texture }
+            },
         }));
         let corners = model.floats("VEC4", &[1.0, 0.25, 1.0, 1.0].repeat(4));
         square["attributes"]["COLOR_0"] = corners.into();
@@ -73,7 +77,8 @@ fn what_is_unlit_shows_its_colour() {
     let color = [0.5 * linear, 0.1, 0.6];
     for ambient in ["[0, 0, 0]", "[1, 1, 1]"] {
         let dark = format!(
-            "[environment]\nambient = {ambient}\nbackground = [0, 0, 0]\n[[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\n"
+            "[environment]\nambient = {ambient}\nbackground = [0, 0, 0]\n[[light]]\n\
+             kind = 'directional'\ndirection = [0, -1, 0]\n"
         );
         for picture in pictures(&scene(&model, &dark)) {
             assert_light(at(&picture, -2.0, 0.0), color, 2e-3);
@@ -83,7 +88,7 @@ fn what_is_unlit_shows_its_colour() {
     }
 }
 
-/// What covers wholly looks as if it were opaque, from the side of its light and from the other.
+/// Full coverage looks opaque, from the side of its light and from the other.
 #[test]
 fn whole_cover_is_opaque() {
     let with = |blend: &str, direction: &str| {
@@ -110,8 +115,8 @@ fn whole_cover_is_opaque() {
     }
 }
 
-/// Between its cones a spot falls by the square of the share of the cosines, and every lamp by a window towards its range
-/// (`KHR_lights_punctual`, the formulas that it recommends).
+/// Between its cones a spot falls off by the square of the share of the cosines, and every lamp by a window
+/// towards its range (`KHR_lights_punctual`, the recommended formulas).
 #[test]
 fn lamps_fall_off_as_gltf_says() {
     let whole = std::f64::consts::FRAC_PI_4;
@@ -144,7 +149,7 @@ fn lamps_fall_off_as_gltf_says() {
                     range.map_or(1.0, |end: f64| (1.0 - (square / (end * end)).powi(2)).max(0.0));
                 let light = 80.0 / square * cosine * cone * window / std::f64::consts::PI;
                 let found = f64::from(at(&picture, x as f32, 0.0)[0]);
-                // The rest is what the floor mirrors.
+                // The floor mirrors the rest.
                 assert!(
                     (found - light).abs() < 0.05 * light + 0.02,
                     "{kind} {inner} {range:?} at {x}: {found}, not {light}"

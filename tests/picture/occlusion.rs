@@ -5,7 +5,7 @@ use gobo_scene::Scene;
 
 const SIZE: u32 = 240;
 
-/// Ambient light alone on a floor at y = 0, and what else stands there.
+/// Ambient light alone on a floor at y = 0 with some shapes.
 fn scene(eye: [f32; 3], radius: f32, shapes: &str) -> Scene {
     read(&format!(
         "[camera]\neye = {eye:?}\ntarget = [0, 0, 0]\nfov_y = 40\nsize = [{SIZE}, {SIZE}]\nsamples = 1\n\
@@ -27,7 +27,7 @@ fn shares(scene: &Scene, light: &[[f32; 3]], whole: &[[f32; 3]]) -> Vec<(Vec3, f
         let (x, y) = (i as u32 % SIZE, i as u32 / SIZE);
         let place = |v: u32| (v as f32 + 0.5) * 2.0 / SIZE as f32 - 1.0;
         let ray = world_from_clip.project_point3(Vec3::new(place(x), -place(y), 0.5)) - eye;
-        // By the colour of the floor's normal: walls and spheres have less from above.
+        // By the colour of the floor's normal: walls and spheres have less light from above.
         let is_floor = ray.y < 0.0 && (whole[i][0] - on_floor).abs() < 1e-6;
         is_floor.then(|| (eye + ray * (eye.y / -ray.y), light[i][0] / whole[i][0]))
     };
@@ -41,21 +41,22 @@ fn shares_of(tier: Tier, scene: &Scene) -> Vec<(Vec3, f32)> {
     shares(scene, &light, &render(tier, &bare).picture.light)
 }
 
-/// Before a wall of height h without an end, at a distance x, the share is (1 + x / sqrt(x^2 + h^2)) / 2.
+/// In front of an endless wall of height h, at distance x, the share is (1 + x / sqrt(x^2 + h^2)) / 2.
 #[test]
 fn a_wall_takes_its_part_of_the_sky() {
-    /// Worst and mean error: of six places in a direction the highest is below the wall's edge.
+    /// Worst and mean error: the highest of six samples in a direction is below the wall's edge.
     const WORST: f64 = 0.08;
     const MEAN: f64 = 0.055;
     const HEIGHT: f64 = 0.5;
-    let wall = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [40, 0.5, 0.4]\ntranslation = [0, 0.25, -0.2]\n";
+    let wall = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [40, 0.5, 0.4]\n\
+        translation = [0, 0.25, -0.2]\n";
     let scene = scene([0.0, 4.0, 4.0], 4.0, wall);
     for tier in TIERS {
         let (mut sum, mut worst, mut count) = (0.0, 0.0_f64, 0.0);
         for (point, share) in shares_of(tier, &scene) {
             let x = f64::from(point.z);
-            // Two pixels off the corner, where the wall's foot is half in a pixel; farther, the wall's edge is
-            // beyond what is searched.
+            // Two pixels off the corner, where the wall's foot is half in a pixel; farther away, the wall's
+            // edge is beyond the search.
             if !(0.06..0.6).contains(&x) || point.x.abs() > 1.0 {
                 continue;
             }
@@ -67,18 +68,19 @@ fn a_wall_takes_its_part_of_the_sky() {
     }
 }
 
-/// Beside a sphere of radius r that stands on the floor, at a distance d from its foot, the share is
-/// 1 - (r / sqrt(d^2 + r^2))^3.
+/// Beside a sphere of radius r on the floor, at distance d from its foot, the share is 1 - (r / sqrt(d^2 +
+/// r^2))^3.
 #[test]
 fn a_sphere_shades_its_foot() {
-    /// Light that comes in under the sphere is not seen to.
+    /// The search misses light that comes in under the sphere.
     const MEAN: f64 = 0.03;
-    let ball = "[[shape]]\nkind = \"sphere\"\nmaterial = \"m\"\nscale = [1, 1, 1]\ntranslation = [0, 0.5, 0]\n";
+    let ball = "[[shape]]\nkind = \"sphere\"\nmaterial = \"m\"\nscale = [1, 1, 1]\n\
+        translation = [0, 0.5, 0]\n";
     let scene = scene([0.0, 4.0, 4.0], 4.0, ball);
     let (mut sum, mut count) = (0.0, 0.0);
     for (point, share) in shares_of(Tier::Core, &scene) {
         let d = f64::from(point.x.hypot(point.z));
-        // In front and beside: what is behind is hidden.
+        // In front and beside: the floor behind is hidden.
         if (0.3..1.2).contains(&d) && point.z > 0.0 {
             let truth = 1.0 - (0.5 / d.hypot(0.5)).powi(3);
             (sum, count) = (sum + (f64::from(share) - truth).abs(), count + 1.0);
@@ -87,12 +89,13 @@ fn a_sphere_shades_its_foot() {
     assert!(count > 1000.0 && sum / count < MEAN, "{}", sum / count);
 }
 
-/// Under a sphere the floor is ever lighter farther out: no patches as of scales. Of all differences between neighbours the share that
-/// goes the other way.
+/// Under a sphere the floor gets ever lighter outwards, without scale-like patches. Measured: the share of
+/// the differences between neighbours that have the wrong sign.
 #[test]
 fn contact_has_no_scales() {
     const MOST: f32 = 0.09;
-    let ball = "[[shape]]\nkind = \"sphere\"\nlevel = 5\nmaterial = \"m\"\nscale = [0.4, 0.4, 0.4]\ntranslation = [0, 0.2, 0]\n";
+    let ball = "[[shape]]\nkind = \"sphere\"\nlevel = 5\nmaterial = \"m\"\nscale = [0.4, 0.4, 0.4]\n\
+        translation = [0, 0.2, 0]\n";
     let scene = scene([0.0, 0.45, 0.9], 0.127, ball);
     for tier in TIERS {
         let shares = shares_of(tier, &scene);
@@ -110,12 +113,13 @@ fn contact_has_no_scales() {
     }
 }
 
-/// Along a wall without an end the share at the picture's border is as far from the truth as in its middle.
+/// Along an endless wall the share at the picture's border is as close to the truth as in its middle.
 #[test]
 fn occlusion_does_not_fade_at_the_border() {
     const MOST: f32 = 0.04;
     const HEIGHT: f32 = 0.5;
-    let wall = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [40, 0.5, 0.4]\ntranslation = [0, 0.25, -0.2]\n";
+    let wall = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [40, 0.5, 0.4]\n\
+        translation = [0, 0.25, -0.2]\n";
     let scene = scene([0.0, 4.0, 4.0], 1.0, wall);
     for tier in TIERS {
         let shares = shares_of(tier, &scene);
@@ -134,13 +138,15 @@ fn occlusion_does_not_fade_at_the_border() {
     }
 }
 
-/// Nothing is darker farther away than the radius, and a floor occludes nothing of itself, even at a grazing angle.
+/// Nothing farther away than the radius gets darker, and a floor does not occlude itself, even at a grazing
+/// angle.
 #[test]
 fn there_is_no_halo() {
     const RADIUS: f32 = 0.4;
     /// Angles come from cosines of 24 bits.
     const ROUNDED: f32 = 0.999;
-    let post = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [0.5, 1, 0.5]\ntranslation = [0, 0.5, 0]\n";
+    let post = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [0.5, 1, 0.5]\n\
+        translation = [0, 0.5, 0]\n";
     for eye in [[0.0, 4.0, 4.0], [0.0, 0.6, 6.0]] {
         let scene = scene(eye, RADIUS, post);
         let (mut near, mut far) = (0, 0);
@@ -164,7 +170,8 @@ fn there_is_no_halo() {
 /// The kernels agree with the CPU reference, with opaque spheres, panes and air in the picture; maps stay.
 #[test]
 fn kernels_match_the_reference_and_maps_stay() {
-    let shapes = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [0.5, 1, 0.5]\ntranslation = [0, 0.5, 0]\n\
+    let shapes = "[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [0.5, 1, 0.5]\n\
+        translation = [0, 0.5, 0]\n\
         [[shape]]\nkind = \"pane\"\nmaterial = \"g\"\ntranslation = [0.3, 0.5, 0.6]\n\
         [[material]]\nname = \"g\"\ntint = [1, 0.4, 0.2, 0.5]\n[air]\nextinction = 0.1\n";
     for radius in ["true", "0.3"] {
@@ -177,7 +184,7 @@ fn kernels_match_the_reference_and_maps_stay() {
             let frame = render(tier, &scene);
             let apart = |(a, b): (&[f32; 3], &[f32; 3])| (a[0] - b[0]).abs() > 2e-3;
             let count = frame.picture.light.iter().zip(&expected).filter(|&it| apart(it)).count();
-            // Pixels whose place in a search is rounded to another one.
+            // Pixels for which a search's position is rounded differently.
             assert!(count < expected.len() / 500, "{tier:?}, {radius}: {count} pixels");
             let bare = render(tier, &Scene { occlusion: Occlusion::None, ..scene.clone() });
             assert_ne!(bare.picture.light, frame.picture.light);

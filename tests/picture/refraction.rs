@@ -1,4 +1,5 @@
-//! `ior` and `frost`: what is behind glass against Snell's law and the law of sines, and kernels against the CPU reference.
+//! `ior` and `frost`: the background of glass against Snell's law and the law of sines, and kernels against
+//! the CPU reference.
 use crate::common::{TIERS, Tier, files::read, reference_picture, render, tiers};
 use gobo::{
     glam::{DVec2, Vec3},
@@ -9,7 +10,8 @@ use gobo_scene::Scene;
 
 const SIZE: u32 = 96;
 
-/// Glass in front of a wall that shines left of x = 0, from an eye and a wall's distance behind z = 0.
+/// Glass in front of a wall that shines left of x = 0; given are the eye, and the wall's distance behind z
+/// = 0.
 fn glass(material: &str, shape: &str, eye: [f32; 3], wall: f32) -> Scene {
     let toml = format!(
         "[camera]\neye = {eye:?}\ntarget = [0, 0, 0]\nfov_y = 20\nsize = [{SIZE}, {SIZE}]\nsamples = 1\n\
@@ -26,7 +28,7 @@ fn glass(material: &str, shape: &str, eye: [f32; 3], wall: f32) -> Scene {
     read(&toml).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Light of the middle row, over that of what shines unhidden.
+/// Light of the middle row, relative to that of the unhidden wall.
 fn row(picture: &Picture) -> Vec<f32> {
     let first = (SIZE / 2 * SIZE) as usize;
     let row: Vec<f32> = picture.light[first..][..SIZE as usize].iter().map(|l| l[0]).collect();
@@ -34,7 +36,7 @@ fn row(picture: &Picture) -> Vec<f32> {
     row.into_iter().map(|light| light / most).collect()
 }
 
-/// Place along the row where the light falls below a share, between pixels' middles [pixels].
+/// Position in the row where the light falls below a share, interpolated between pixels [pixels].
 fn edge(row: &[f32], share: f32) -> f64 {
     let after = row.iter().position(|&light| light < share).expect("an edge");
     let (a, b) = (row[after.max(1) - 1], row[after]);
@@ -53,7 +55,7 @@ fn light_of(scene: &Scene) -> Vec<Picture> {
     pictures
 }
 
-/// A slab of an index of refraction seen at 40 degrees, with an edge on its back: where the ray leaves by Snell's law.
+/// A slab seen at 40 degrees, with an edge behind it: Snell's law says where the ray leaves.
 #[test]
 fn slabs_shift_what_is_behind() {
     const THICK: f64 = 0.5;
@@ -71,7 +73,7 @@ fn slabs_shift_what_is_behind() {
     let from = DVec2::new(f64::from(eye[0]), f64::from(eye[2]));
     let mut edges = Vec::new();
     for ior in [1.0, 1.33, 1.5, 2.4] {
-        // Where the front is met whose ray leaves at x = 0.
+        // Point of the front whose ray leaves at x = 0.
         let leaves = |front: f64| {
             let sine = (from.x - front) / (DVec2::new(from.x - front, from.y)).length() / ior;
             front - THICK * sine / (1.0 - sine * sine).sqrt()
@@ -91,7 +93,8 @@ fn slabs_shift_what_is_behind() {
     assert!(edges[0] - edges[2] > 5.0, "{edges:?}");
 }
 
-/// What touches a frosted pane is sharp, and what is behind it is blurred the more, the farther it is; no light is lost.
+/// Objects that touch a frosted pane are sharp; the farther behind it, the more blurred they are; no light is
+/// lost.
 #[test]
 fn frost_blurs_with_the_distance_behind_it() {
     let pane = "kind = 'pane'\nscale = [6, 6, 1]";
@@ -107,7 +110,7 @@ fn frost_blurs_with_the_distance_behind_it() {
     };
     let scale = 48.0 / 10f64.to_radians().tan();
     for (sharp, wide) in width(0.1, -0.01).iter().zip(width(0.1, -2.0)) {
-        // Two standard deviations of a spline of the level whose texels are twice the radius.
+        // Two standard deviations of the spline for the mip level whose texels are twice the radius.
         let radius = 0.1 * 2.0 / 6.0 * scale;
         let wide = wide / radius;
         assert!(*sharp < 2.0 && wide > 1.0 && wide < 3.5, "{sharp} and {wide} radii");
@@ -139,11 +142,12 @@ fn kernels_match_the_reference() {
     assert!(differ.count() > 50);
 }
 
-/// What stands in front of glass is not seen through it.
+/// Objects in front of glass are not seen through it.
 #[test]
 fn what_is_in_front_is_not_behind() {
     let ball = "kind = 'sphere'\nscale = [1.2, 1.2, 1.2]\n\
-                [[shape]]\nkind = 'pane'\nmaterial = 'wall'\ntranslation = [0.45, 0, 1.2]\nscale = [0.1, 4, 1]";
+                [[shape]]\nkind = 'pane'\nmaterial = 'wall'\ntranslation = [0.45, 0, 1.2]\n\
+                scale = [0.1, 4, 1]";
     let scene = glass("ior = 1.5\nattenuation_distance = 1e6", ball, [0.0, 0.0, 4.0], -1.0);
     for picture in light_of(&scene) {
         // Right of the middle the wall is dark; only the post shines.

@@ -1,4 +1,4 @@
-//! Functions of the renderer for hosts, besides pictures.
+//! Functions of the renderer for hosts, apart from pictures.
 use crate::common::{
     TIERS, gpu, own_gpu,
     scenes::{empty, light, material, random_discs, triangle},

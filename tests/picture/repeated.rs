@@ -1,4 +1,4 @@
-//! What the samples of a picture, still frames and sequences do not make again, by counts.
+//! Work that the samples of a picture, still frames and sequences do not repeat, by counts.
 use crate::common::{
     TIERS, gpu,
     scenes::{empty, light, material, random_discs, triangle},
@@ -14,7 +14,7 @@ use gobo_picture::{
     picture::{PictureCapacity, PictureRequest, PreparedPicture},
 };
 
-/// Discs above a floor under a sun of a size.
+/// Discs above a floor under a sun with a size.
 fn scene(samples: u32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter), material(Transfer::Opaque)]);
     scene.camera.size = UVec2::new(48, 40);
@@ -60,7 +60,7 @@ fn maps_and_their_levels_are_made_once_for_all_samples_and_still_frames() {
     assert_eq!(counts(&scene, "and stays"), [0, 0, 0, 3]);
 }
 
-/// Pairs of a picture that a camera comes closer to, from frame to frame.
+/// Pairs of a picture whose camera comes closer from frame to frame.
 #[test]
 fn a_picture_has_room_for_the_next_ones() {
     let gpu = gpu(TIERS[0]);

@@ -75,7 +75,7 @@ fn edges_are_as_wide_as_they_cover() {
     }
 }
 
-/// The edge of what is far brighter than the screen is as wide as that of what is not.
+/// The edge of a surface far brighter than the screen is as wide as that of a dimmer one.
 #[test]
 fn edges_of_glare_are_as_wide_on_the_screen() {
     for mut renderer in [Renderer::on(gpu(TIERS[0])).unwrap(), Renderer::on_cpu()] {

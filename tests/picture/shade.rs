@@ -83,7 +83,7 @@ fn stage() -> Scene {
     scene
 }
 
-/// Mean difference of the channels, and the share of them that differ by more than 4, of 255.
+/// Mean difference of the channels, and the share of them that differ by more than 4 of 255.
 fn apart(a: &Picture, b: &Picture) -> (f64, f64) {
     assert_eq!(a.size, b.size);
     assert_eq!(a.rgb.len(), (a.size.x * a.size.y) as usize);
@@ -126,7 +126,7 @@ fn a_missing_pane_is_noticed() {
     assert!(mean >= 1.0 && off >= 1e-3, "mean {mean}, {off} of the channels off");
 }
 
-/// A tile with more pairs than a segment: nearest opaque caster, all of the smoke.
+/// A tile with more pairs than a segment: the nearest opaque caster, and all of the smoke.
 #[test]
 fn long_tiles_are_whole() {
     let mut scene = empty(materials());
@@ -158,7 +158,7 @@ fn unseen_discs(center: Vec3, spread: f32) -> Vec<Particle> {
     (0..5000).map(disc).collect()
 }
 
-/// Lump of amber, as a box whose faces point outwards, from `low` to `high`.
+/// A lump of amber: a box from `low` to `high` whose faces point outwards.
 fn lump(low: Vec3, high: Vec3, material: u32) -> Vec<Triangle> {
     let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
     let side = |axis: usize, sign: f32| {
@@ -226,7 +226,7 @@ fn a_pane_waits_across_segments() {
     assert_same_beside_unseen_discs(&scene, Vec3::new(0.0, 0.0, 1.0));
 }
 
-/// The picture does not depend on the pair budget, and reports that it was too small.
+/// The picture does not depend on the pair budget, and reports if it was too small.
 #[test]
 fn nothing_is_lost_past_the_pair_budget() {
     let mut scene = stage();
@@ -244,7 +244,7 @@ fn nothing_is_lost_past_the_pair_budget() {
     }
 }
 
-/// The picture does not depend on the pair budget of the shadows either, by curves or by the nearest depth.
+/// Nor does the picture depend on the pair budget of the shadows, by curves or by the nearest depth.
 #[test]
 fn no_shadow_is_lost_past_the_pair_budget() {
     let mut scene = stage();
@@ -267,7 +267,7 @@ fn middle(picture: &Picture) -> [u8; 3] {
     picture.rgb[(picture.size.y / 2 * picture.size.x + picture.size.x / 2) as usize]
 }
 
-/// A large pane reaches nearer to the eye than smoke in front of its centre.
+/// A large pane's nearest point is closer to the eye than smoke in front of its centre.
 #[test]
 fn smoke_before_a_slanted_pane_keeps_its_colour() {
     let mut scene = empty(materials());

@@ -1,13 +1,14 @@
-//! Shadows of the same things in tenths of millimetres and in hundreds of kilometres.
+//! Shadows of the same scene in tenths of millimetres and in hundreds of kilometres.
 use crate::common::{files::read, gpu, tiers};
 use gobo::gpu::Tier;
 use gobo_picture::{RenderOptions, Renderer};
 
-/// Most that pictures of two scales differ on average, in all of the picture and where it is dark [of 255].
+/// Largest mean difference of pictures at two scales, over the whole picture and over its dark parts [of
+/// 255].
 const MEAN: f64 = 0.3;
 const DARK_MEAN: f64 = 4.0;
 
-/// A table, a ball on it and a pane beside, `scale` times as large.
+/// A table, a ball on it and a pane beside it, `scale` times as large.
 fn table(scale: f64) -> String {
     let vector = |v: [f64; 3]| format!("{:?}", v.map(|x| x * scale));
     let head = format!(
@@ -80,7 +81,7 @@ fn scenes_of_any_size_have_the_same_shadows() {
             let [all, dark] = means(&usual, &picture(tier, &table(scale)));
             assert!(all <= MEAN && dark <= DARK_MEAN, "{tier}, {scale}: {all}, {dark}");
         }
-        // A bias of a centimetre swallows the shadow of what is smaller.
+        // A bias of a centimetre swallows the shadows of smaller casters.
         let stated = format!("[shadow]\nbias = 0.01\n{}", table(1e-2));
         let [_, dark] = means(&usual, &picture(tier, &stated));
         assert!(dark > 2.0 * DARK_MEAN, "{dark}");

@@ -1,4 +1,4 @@
-//! Single wrong pixels on surfaces that are seen or lit at grazing angles.
+//! Single wrong pixels on surfaces seen or lit at grazing angles.
 use crate::common::{
     Tier, reference_picture, render,
     scenes::{empty, light, material, triangle},
@@ -22,8 +22,8 @@ fn middle(picture: &Picture) -> Vec3 {
     Vec3::from(picture.light[at as usize])
 }
 
-/// A facet at a ball's silhouette faces the eye, while its interpolated normal does not. Light from the
-/// front of both is scattered by the cosine.
+/// A facet at a ball's silhouette faces the eye, while its interpolated normal does not. Light from the front
+/// of both is scattered by the cosine.
 #[test]
 fn a_normal_that_looks_away_from_the_eye_is_no_other_side() {
     let tint = Vec4::new(0.5, 0.5, 0.5, 1.0);
@@ -39,7 +39,7 @@ fn a_normal_that_looks_away_from_the_eye_is_no_other_side() {
     let face = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     assert!(face.dot(normal).abs() > 0.9 * face.length(), "{face}");
     scene.triangles.push(facet);
-    // All but what is mirrored.
+    // Everything except the mirrored share.
     let scattered = 0.5 * 0.96 * normal.x;
     for picture in pictures(&scene) {
         let lit = middle(&picture);
@@ -60,7 +60,7 @@ fn a_rim_shines_by_its_normal_and_its_roughness() {
     let cases = [
         (face, 0.0, schlick(face.z)),
         (smooth, 0.0, schlick(smooth.z)),
-        // It looks away from the eye.
+        // It points away from the eye.
         (Vec3::new(0.99, 0.0, -0.14), 0.0, 1.0),
         (face, 1.0, 0.04),
         (smooth, 1.0, 0.04),
@@ -108,7 +108,8 @@ fn quad(scene: &mut Scene, middle: Vec3, x: Vec3, y: Vec3, material: u32) {
     }
 }
 
-/// Pixels of a camera above `x` with more green than a share of the red: one number if all pictures agree.
+/// Pixels of a camera above `x` with more green than a share of the red: a single number if all pictures
+/// agree.
 fn green_pixels(scene: &mut Scene, x: f32, share: f32) -> Vec<usize> {
     scene.camera.eye = Vec3::new(x, 4.0, 0.0);
     scene.camera.target = Vec3::new(x, 0.0, 0.0);
@@ -124,8 +125,8 @@ fn green_pixels(scene: &mut Scene, x: f32, share: f32) -> Vec<usize> {
     counts
 }
 
-/// The colour of a pane that stands on a floor begins right behind it, nearer than the bias, and not in
-/// front of it.
+/// The tint of a pane that stands on a floor begins right behind it, closer than the bias, and not in front
+/// of it.
 #[test]
 fn a_pane_tints_the_floor_from_where_it_stands() {
     let sun = Some(Source::Sun { angle: 1e-3 });
@@ -141,8 +142,8 @@ fn a_pane_tints_the_floor_from_where_it_stands() {
     }
 }
 
-/// The floor is behind a caster that lies on it in every texel, nearer than the bias, for any slant of the
-/// light.
+/// The floor under a caster that lies on it is tinted in every texel, closer than the bias, for any slant of
+/// the light.
 #[test]
 fn what_lies_on_a_floor_tints_all_of_it() {
     let mut scene = floor(64, 0.2);
@@ -151,7 +152,7 @@ fn what_lies_on_a_floor_tints_all_of_it() {
 }
 
 /// A ball of few smooth-shaded facets: on the light's side they are lit by the cosine, up to the ball's own
-/// terminator, and a facet that looks away from the light cuts no notch in it.
+/// terminator, and a facet that points away from the light cuts no notch in it.
 #[test]
 fn facets_cut_no_notches_in_a_terminator() {
     let tint = Vec4::new(0.5, 0.5, 0.5, 1.0);

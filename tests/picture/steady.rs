@@ -1,9 +1,9 @@
-//! Shadows of still casters stand still while others move.
+//! Shadows of still casters stand still while other casters move.
 use crate::common::{files::read, gpu, tiers};
 use gobo::{Bounds, HeldBounds, Light, glam::Vec3, gpu::Tier, light_views};
 use gobo_picture::{RenderOptions, Renderer};
 
-/// A box and its shadow fill the picture. What moves is beside it, and its shadow falls the other way.
+/// A box and its shadow fill the picture. A moving caster is beside it, with its shadow on the other side.
 const STILL: &str = "
 [camera]
 eye = [-2, 2.2, 4]
@@ -83,7 +83,7 @@ displace = { amplitude = 0.4, frequency = 1.3, speed = 2, seed = 5 }
 pub(super) const VISIBLE: u8 = 6;
 const FRAMES: usize = 16;
 
-/// Median over the frames of a pixel's largest step, for each pixel of the picture as it is shown.
+/// Median over the frames of the largest step of each displayed pixel.
 fn median_steps(tier: Tier, scene: &str) -> Vec<u8> {
     let mut scene = read(scene).unwrap();
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
@@ -122,7 +122,7 @@ fn shadows_of_still_casters_do_not_crawl() {
     }
 }
 
-/// A host's views around casters that move: until the window grows by a step, every texel stays where it was in
+/// A host's views around moving casters: until the window grows by a step, every texel stays at its place in
 /// the world, and so do the planes.
 #[test]
 fn views_of_a_host_keep_their_texels() {
@@ -151,7 +151,7 @@ fn views_of_a_host_keep_their_texels() {
     assert!(grown < views.len() / 8, "{grown}");
 }
 
-/// Views around bounds that a host holds are the same in all frames but few, and hold what moves.
+/// Views around bounds that a host holds are the same in all but a few frames, and contain the moving caster.
 #[test]
 fn views_of_held_bounds_stay() {
     let sun = Light::directional(Vec3::new(0.4, -1.0, 0.3));
@@ -173,7 +173,7 @@ fn views_of_held_bounds_stay() {
     });
     assert!(changes <= 2, "{changes}");
     assert!(views(&mut |bounds| *bounds) > 100);
-    // What is gone is no longer held.
+    // Vanished casters are no longer held.
     let small = Bounds { min: Vec3::ZERO, max: Vec3::ONE };
     assert!(held.hold(&small).radius() < 2.0 * small.radius());
     let empty = held.hold(&Bounds::EMPTY);

@@ -1,4 +1,4 @@
-//! Edges of shadows are where rays say: no teeth of texels.
+//! Edges of shadows match rays: no teeth of texels.
 use crate::common::{
     TIERS,
     edge_truth::{CLEAR, Edge, Truth},
@@ -16,10 +16,10 @@ use gobo_reference::light_points;
 use gobo_scene as scene;
 use gobo_scene::Scene;
 
-/// Places on each side of an edge at which light is looked up.
+/// Points on each side of an edge at which light is looked up.
 const PLACES: i32 = 16;
 
-/// Distance between edges in the shadow maps and those of rays [pixels], in order.
+/// Distances between edges in the shadow maps and edges by rays [pixels], sorted.
 fn deviations(scene: &Scene, stride: u32) -> Vec<f64> {
     let truth = Truth::new(scene);
     let edges = truth.edges(stride);
@@ -54,7 +54,8 @@ fn deviations(scene: &Scene, stride: u32) -> Vec<f64> {
     all
 }
 
-/// Most of the deviations' 99th percentile [pixels]: of spots with windows of 2,048 texels, and of suns low over wide scenes.
+/// Limit of the deviations' 99th percentile [pixels]: for spots with windows of 2,048 texels, and for low
+/// suns over wide scenes.
 #[test]
 fn edges_have_no_teeth() {
     for (name, stride, most) in
@@ -62,7 +63,7 @@ fn edges_have_no_teeth() {
     {
         let path = crate::common::root().join(format!("data/{name}.toml"));
         let mut scene = scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
-        // The edges that are measured are those of solids and panes.
+        // Edges are measured on solids and panes.
         scene.particles.clear();
         scene.shadow.receiver = Receiver::Nearest;
         scene.lights.truncate(1);
@@ -136,7 +137,7 @@ fn windows_are_for_pictures_of_coarse_edges() {
         let clip = found.last().unwrap().clip_from_world();
         let middle = clip.project_point3(Vec3::new(0.0, 0.6, 0.0));
         assert!(middle.truncate().abs().max_element() < 1.0, "{light}: {middle}");
-        // What has edges of a width that its user chose, or none, has no windows.
+        // Shadows without edges, or with edges of a width chosen by the user, have no windows.
         let without = |change: fn(&mut Scene)| {
             let mut scene = scene.clone();
             change(&mut scene);
@@ -157,7 +158,7 @@ fn windows_are_for_pictures_of_coarse_edges() {
     }
 }
 
-/// A pane's shadow through windows on devices and in the reference.
+/// A pane's shadow through windows, on devices and in the reference.
 #[test]
 fn windows_are_read_as_the_reference_says() {
     for light in [SUN, LAMP] {

@@ -1,4 +1,4 @@
-//! Materials that show their colour whatever the light (glTF's `KHR_materials_unlit`).
+//! Materials that show their colour in any light (glTF's `KHR_materials_unlit`).
 use crate::common::{Tier, files::Folder, model::Glb, reference_picture, render, tiers};
 use gobo::{glam::Vec3, model::ReceiverPoint};
 use gobo_picture::Renderer;
@@ -7,13 +7,13 @@ use gobo_scene::Scene;
 use serde_json::json;
 
 const COLOR: Vec3 = Vec3::new(0.2, 0.6, 1.0);
-/// Radiance of what is behind.
+/// Radiance of the background.
 const BEHIND: f32 = 0.25;
-/// alphaMode, alpha and place along x [m]; metal, as no file says otherwise.
+/// alphaMode, alpha and position along x [m]; metal, unless a file says otherwise.
 const SQUARES: [(&str, f32, f32); 4] =
     [("OPAQUE", 1.0, -3.0), ("MASK", 1.0, -1.0), ("BLEND", 0.5, 1.0), ("BLEND", 1.0, 3.0)];
 
-/// Squares of 1 m from above, 10 pixels a metre, in a sun and in ambient light of `light`.
+/// Squares of 1 m from above, 10 pixels per metre, in a sun and in ambient light of `light`.
 fn stage(folder: &Folder, light: f32) -> Scene {
     let mut model = Glb::new();
     for (mode, alpha, x) in SQUARES {
@@ -35,7 +35,7 @@ fn stage(folder: &Folder, light: f32) -> Scene {
     scene::load(&folder.write("scene.toml", toml)).unwrap()
 }
 
-/// What `smoke` lets through: (1 - a)(1 - a(1 - c)).
+/// Transmittance of `smoke`: (1 - a)(1 - a(1 - c)).
 fn passed(alpha: f32) -> Vec3 {
     (1.0 - alpha) * (1.0 - alpha * (1.0 - COLOR))
 }

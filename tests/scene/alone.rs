@@ -1,4 +1,4 @@
-//! A model or particle file that is a scene by itself: its light, its ground, and fitted maps.
+//! A single model or particle file as a scene: its light, its ground, and fitted maps.
 use crate::common::files::Folder;
 use gobo::{
     glam::{Mat4, Vec3},
@@ -61,8 +61,8 @@ fn the_shadow_falls_into_view_beside_what_casts_it() {
     assert_eq!(sun(&set), direction);
 }
 
-/// Wide, tall and flat contents, at several shapes of the picture: three quarters of its width or height, in the
-/// middle, and a flat one is seen from higher above.
+/// Wide, tall and flat contents, in pictures of several shapes: they fill three quarters of the width or
+/// height, in the middle, and flat contents are seen from higher above.
 #[test]
 fn contents_fill_the_picture() {
     let card = model(&[[Vec3::ZERO, Vec3::new(3.0, 0.0, 2.0)]], None);
@@ -99,7 +99,7 @@ fn contents_fill_the_picture() {
         }
     }
     assert!(heights[0] > 24.9 && heights[0] < 26.0 && heights[3] > 39.9, "{heights:?}");
-    // What is given stays.
+    // Given values stay.
     let set = [("camera.target", "[1, 2, 3]"), ("camera.samples", "2")];
     let scene = load("tower.gltf", &tower, &set, false);
     assert_eq!((scene.camera.target, scene.samples), (Vec3::new(1.0, 2.0, 3.0), 2));
@@ -140,7 +140,7 @@ fn maps_fit_what_casts() {
         assert!(at.truncate().abs().max_element() + particle.radius <= window * 0.5, "{at}");
         assert!(-at.z - particle.radius >= view.near && -at.z + particle.radius <= view.far);
     }
-    // The far plane includes the ground where the shadow falls, but not all of the ground.
+    // The far plane includes the ground under the shadow, but not the whole ground.
     let tip = Vec3::new(0.4, 3.75, 0.4);
     let tip = tip + sun(&scene) * ((tip.y - scene.triangles[0].positions[0].y) / -sun(&scene).y);
     let depth = -view.view_from_world.transform_point3(tip).z;
@@ -148,7 +148,7 @@ fn maps_fit_what_casts() {
     assert!(view.far - view.near < 20.0, "{} m deep", view.far);
 }
 
-/// Near and far, outside the map and at its border the ground has the same light; in the shadow less.
+/// Near and far, outside the map and at its border, the ground has the same light, and less in the shadow.
 #[test]
 fn the_ground_is_lit_wherever_no_shadow_falls() {
     let set = [
@@ -168,7 +168,7 @@ fn the_ground_is_lit_wherever_no_shadow_falls() {
         let ndc = Vec3::new((x as f32 + 0.5) / 64.0 - 1.0, 1.0 - (y as f32 + 0.5) / 36.0, 0.5);
         let ray = world_from_clip.project_point3(ndc) - scene.camera.eye;
         let hit = scene.camera.eye + ray * ((scene.camera.eye.y - ground) / -ray.y);
-        // Pixels of the ground that neither the column nor its shadow is near.
+        // Pixels of the ground away from the column and its shadow.
         let way = hit + sun(&scene) * (4.2 / sun(&scene).y);
         let far_from = |p: Vec3| (p - Vec3::new(0.4, p.y, 0.4)).length() > 1.2;
         let along = (0..=20).map(|s| hit.lerp(way, s as f32 / 20.0));
@@ -221,9 +221,11 @@ fn model(boxes: &[[Vec3; 2]], camera: Option<Vec3>) -> String {
     let names = if camera.is_some() { "0,1" } else { "0" };
     let length = bytes.len();
     format!(
-        r#"{{"asset":{{"version":"2.0"}},{cameras}"scenes":[{{"nodes":[{names}]}}],"nodes":[{{"mesh":0}}{nodes}],
+        r#"{{"asset":{{"version":"2.0"}},{cameras}"scenes":[{{"nodes":[{names}]}}],
+        "nodes":[{{"mesh":0}}{nodes}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},
+        "type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}}],
         "bufferViews":[{{"buffer":0,"byteLength":{length}}}],
         "buffers":[{{"byteLength":{length},"uri":"data:application/octet-stream;base64,{uri}"}}]}}"#
     )
@@ -250,6 +252,6 @@ fn no_ground_hides_a_model_or_doubles_its_floor() {
     assert!(!has_ground(&[post], Some(Vec3::new(0.0, -2.0, 6.0))));
     assert!(!has_ground(&[post], Some(Vec3::new(0.0, 1.0, 0.0))));
     assert!(!has_ground(&[post, floor], None), "a room has its floor");
-    // A slab by itself lies on the ground.
+    // A slab alone lies on the ground.
     assert!(has_ground(&[floor], None));
 }

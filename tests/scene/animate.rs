@@ -119,7 +119,7 @@ fn every_target_follows_its_keys() {
     let air = moved("air.scattering", ["0", "[1, 2, 3]"]).air.unwrap();
     assert_eq!((air.scattering, air.extinction), (Vec3::new(0.5, 1.0, 1.5), Vec3::splat(0.1)));
     assert_eq!(moved("air.extinction", ["0", "1"]).air.unwrap().extinction, Vec3::splat(0.5));
-    // The sun that a scene without lights has.
+    // The default sun of a scene without lights.
     let sun = read(
         "[[animate]]\ntarget = 'light.sun.direction'\ntimes = [0, 2]\nvalues = [[1, -1, 0], [-1, -1, 0]]\n",
     );
@@ -129,21 +129,24 @@ fn every_target_follows_its_keys() {
     );
 }
 
-/// A shape with keys has at each time the triangles of a static shape there, to the last bit.
+/// At any time, a shape with keys has the triangles of a static shape there, to the last bit.
 #[test]
 fn shapes_are_where_their_keys_say() {
-    let keys = "[[animate]]\ntarget = 'shape.crate.translation'\ntimes = [0, 2]\nvalues = [[0, 0, 0], [4, 2, 0]]\n\
+    let keys = "[[animate]]\ntarget = 'shape.crate.translation'\ntimes = [0, 2]\n\
+        values = [[0, 0, 0], [4, 2, 0]]\n\
         [[animate]]\ntarget = 'shape.crate.rotation'\ntimes = [0, 2]\nvalues = [[0, 0, 0], [0, 60, 40]]\n\
-        [[animate]]\ntarget = 'shape.1.scale'\ntimes = [0, 2]\nvalues = [[1, 1, 1], [-1, 2, 3]]\nmode = 'step'\n";
+        [[animate]]\ntarget = 'shape.1.scale'\ntimes = [0, 2]\nvalues = [[1, 1, 1], [-1, 2, 3]]\n\
+        mode = 'step'\n";
     let still = "[[material]]\nname = 'glass'\n[[material]]\nname = 'amber'\nattenuation_distance = 1\n\
         attenuation_color = [0.9, 0.5, 0.1]\n\
-        [[shape]]\nkind = 'box'\nmaterial = 'glass'\ntranslation = [2, 1, 0]\nrotation = [0, 30, 20]\nscale = [1, 2, 1]\n\
+        [[shape]]\nkind = 'box'\nmaterial = 'glass'\ntranslation = [2, 1, 0]\nrotation = [0, 30, 20]\n\
+        scale = [1, 2, 1]\n\
         [[shape]]\nkind = 'sphere'\nmaterial = 'amber'\n";
     let scene = at(animated(keys), 1.0);
     let expected = read(still).unwrap();
     let count = expected.triangles.len();
     assert_eq!(scene.triangles[..count], expected.triangles[..]);
-    // Mirrored, a body still has its inside inside.
+    // A mirrored body still has its inside inside.
     let mirrored = at(scene, 2.0);
     let expected = read(&still.replace("'amber'\n", "'amber'\nscale = [-1, 2, 3]\n").replacen(
         "scale = [-1, 2, 3]\nattenuation",
@@ -152,7 +155,7 @@ fn shapes_are_where_their_keys_say() {
     ))
     .unwrap();
     assert_eq!(mirrored.triangles[12..count], expected.triangles[12..]);
-    // Time goes both ways.
+    // Time may run backwards.
     let back = at(at(animated(keys), 2.0), 1.0);
     assert_eq!(back.triangles, at(animated(keys), 1.0).triangles);
 }
@@ -162,8 +165,10 @@ fn far_scenes_move_as_near_ones() {
     let far = |x: f64| {
         let place = |y: f64| format!("[{x}, {y}, 0]");
         let toml = format!(
-            "[camera]\neye = [{}, 2, 9]\ntarget = {}\n[[light]]\nname = 'lamp'\nkind = 'point'\nposition = {}\n\
-             [[material]]\nname = 'm'\nradius = 0.01\n[[shape]]\nname = 'b'\nkind = 'box'\nmaterial = 'm'\ntranslation = {}\n\
+            "[camera]\neye = [{}, 2, 9]\ntarget = {}\n[[light]]\nname = 'lamp'\nkind = 'point'\n\
+             position = {}\n\
+             [[material]]\nname = 'm'\nradius = 0.01\n[[shape]]\nname = 'b'\nkind = 'box'\n\
+             material = 'm'\ntranslation = {}\n\
              [[animate]]\ntarget = 'shape.b.translation'\ntimes = [0, 1]\nvalues = [{}, {}]\n\
              [[animate]]\ntarget = 'camera.eye'\ntimes = [0, 1]\nvalues = [{}, {}]\n\
              [[animate]]\ntarget = 'light.lamp.position'\ntimes = [0, 1]\nvalues = [{}, {}]\n",
@@ -302,7 +307,7 @@ fn wrong_keys_are_named_with_line_and_remedy() {
     assert!(read(&format!("{STAGE}{twice}")).unwrap_err().to_string().contains("second shape"));
 }
 
-/// A rectangle of light that swings across the vertical, which it is at in the middle, keeps its axes.
+/// A rectangular light that swings through the vertical in the middle keeps its axes.
 #[test]
 fn rectangles_of_light_do_not_jump() {
     for [x, z] in [[0.3, 0.0], [0.0, 0.3], [0.2, -0.2], [0.3, 0.01]] {

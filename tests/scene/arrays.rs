@@ -1,4 +1,4 @@
-//! Files of dense arrays: each voxel is what the file has, in its place.
+//! Files of dense arrays: each voxel has the file's value, at its place.
 use crate::common::{
     arrays::{
         KINDS, Kind, SIZE, Vti, bytes_of, gzip, meta, meta_head, nifti, npy, npy_of, npz, nrrd,
@@ -14,7 +14,7 @@ use gobo::{
 use gobo_scene as scene;
 use gobo_scene::{Scene, SceneError};
 
-/// A scene of a file of any name.
+/// A scene of a file with a meaningless name.
 fn load(bytes: &[u8], keys: &str) -> Result<Scene, SceneError> {
     let folder = Folder::new();
     folder.write("some.file", bytes);
@@ -54,7 +54,7 @@ fn expected(voxel: IVec3) -> f32 {
     if is_within { value(voxel.to_array().map(|at| at as usize)) as f32 } else { 0.0 }
 }
 
-/// Each voxel of a grid is as the formula says.
+/// All voxels of a grid equal the formula.
 fn assert_values(scene: &Scene, what: &str) {
     assert_eq!(scene.grids.len(), 1, "{what}");
     for voxel in voxels() {
@@ -63,7 +63,7 @@ fn assert_values(scene: &Scene, what: &str) {
     assert!(scene.skipped.is_empty(), "{what}: {:?}", scene.skipped);
 }
 
-/// The world position of voxels.
+/// Checks the world positions of voxels.
 fn assert_places(scene: &Scene, places: &[([f32; 3], [f32; 3])], what: &str) {
     for &(voxel, place) in places {
         let found = scene.grids[0].world_from_index.transform_point3(Vec3::from(voxel));
@@ -93,7 +93,7 @@ fn arrays_of_numpy_are_read_in_every_order() {
             }
         }
     }
-    // A named array, and what is not there.
+    // A named array, and missing ones.
     let archive = npz(&[("heat", npy(Kind::F32, false, false))], true);
     assert_values(&load(&archive, "density = { grid = \"heat\" }").unwrap(), "named");
     let message = refusal(&archive, "density = { grid = \"hat\" }");
@@ -113,7 +113,8 @@ fn nrrd_is_read_in_every_encoding() {
     }
     let data = bytes_of(Kind::U8, false, &values());
     let raw = "encoding: raw\n";
-    // The columns are directions, x first; spacings alone; a body stands and faces +z, and is in millimetres.
+    // The columns are directions, x first; then spacings alone; then a body, which stands, faces +z, and is
+    // in millimetres.
     let turned =
         "space dimension: 3\nspace directions: (0,2,0) (0,0,3) (4,0,0)\nspace origin: (7,8,9)\n";
     let spaced = "spacings: 2 3 4\n";
@@ -134,11 +135,11 @@ fn nrrd_is_read_in_every_encoding() {
         assert_values(&scene, &fields);
         assert_places(&scene, &[([0.0; 3], at_zero), ([1.0; 3], at_one)], &fields);
     }
-    // Keys of the scene replace what the file says.
+    // Keys of the scene override the file.
     let file = nrrd_of("uchar", &(body("RAS") + raw), &data);
     let scene = load(&file, "unit = \"cm\"\nup = \"z\"\n").unwrap();
     assert_places(&scene, &[([1.0; 3], [0.09, 0.13, -0.11])], "keys");
-    // Data beside the header, behind two lines and three bytes.
+    // Data in another file, after two lines and three bytes.
     let folder = Folder::new();
     folder.write("data.raw", [b"one\ntwo\nabc".as_slice(), &data].concat());
     let fields = format!("{raw}line skip: 2\nbyte skip: 3\ndata file: data.raw\n");
@@ -170,14 +171,14 @@ fn image_data_of_vtk_is_read_in_every_way() {
                     let scene = load(&vti(kind, is_big, way, packer), "");
                     let scene = scene.unwrap_or_else(|e| panic!("{what}: {e}"));
                     assert_values(&scene, &what);
-                    // The first point is at 2, 0, 1 of spacings 0.5, 2, 4, turned by 90 degrees about z.
+                    // The first point is at 2, 0, 1, with spacings 0.5, 2, 4, rotated by 90 degrees about z.
                     let places = [([0.0; 3], [1.0, 3.0, 7.0]), ([1.0; 3], [-1.0, 3.5, 11.0])];
                     assert_places(&scene, &places, &what);
                 }
             }
         }
     }
-    // Cells have their centres half a spacing behind.
+    // Cells have their centres half a spacing later.
     let text = String::from_utf8(vti(Kind::U8, false, Vti::Ascii, None)).unwrap();
     let cells = text
         .replace("<PointData Scalars=\"s\">", "<CellData>")
@@ -200,7 +201,7 @@ fn nifti_is_read_with_its_scale_and_its_turn() {
                 let what = format!("{kind:?}, {is_big}, {packed}");
                 let scene = load(&bytes, "").unwrap_or_else(|e| panic!("{what}: {e}"));
                 assert_values(&scene, &what);
-                // In the body's space (10, 20, 30) and (10 - 2, 20 + 0.5, 30 + 4), right, front, up [mm].
+                // In the body's space (10, 20, 30) and (10 - 2, 20 + 0.5, 30 + 4): right, front, up [mm].
                 let places =
                     [([0.0; 3], [-10e-3, 30e-3, 20e-3]), ([1.0; 3], [-8e-3, 34e-3, 20.5e-3])];
                 assert_places(&scene, &places, &what);
@@ -260,7 +261,7 @@ fn pages_of_tiff_are_slices() {
     }
 }
 
-/// Colours of voxels, each channel a grid that takes no other.
+/// Colours of voxels: each channel is a grid that absorbs no other channel.
 #[test]
 fn colours_of_voxels_are_three_grids() {
     let numbers: Vec<f64> = (0..2 * 2 * 2)
@@ -309,7 +310,7 @@ fn a_file_alone_is_a_scene_whatever_its_name() {
     assert!(text.contains("h.nrrd") && text.contains("no field `sizes`"), "{text}");
 }
 
-/// Empty space has no bricks, and values that are wrong are counted.
+/// Empty space has no bricks, and invalid values are counted.
 #[test]
 fn nothing_is_stored_of_empty_space() {
     let mut values = vec![0.0_f64; 64 * 64 * 64];
@@ -358,7 +359,7 @@ fn what_lies_is_refused_before_memory_is_allocated() {
     assert!(message.contains("of no known kind") && message.contains(".nrrd"), "{message}");
 }
 
-/// Bytes changed, cut out, cut off: each file gives an answer.
+/// Bytes changed, cut out, cut off: each file gives a result or an error.
 #[test]
 fn changed_arrays_do_not_panic() {
     let seeds = [

@@ -1,4 +1,4 @@
-//! Work and numbers that are bounded before anything is made of them.
+//! Work and counts that are bounded before anything is allocated.
 use super::emitters::emitting;
 use crate::common::files::{Folder, read};
 use gobo::glam::Mat4;
@@ -22,11 +22,12 @@ const MATERIAL: &str = "[[material]]\nname = \"m\"\n";
 
 #[test]
 fn lights_with_a_source_are_as_many_as_devices_evaluate() {
-    let lamp = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\nsource = { kind = \"sphere\", radius = 0.1 }\n";
+    let lamp = "[[light]]\nkind = \"point\"\nposition = [0, 1, 0]\n\
+        source = { kind = \"sphere\", radius = 0.1 }\n";
     let (line, message) = refused(&lamp.repeat(65));
     assert_eq!(line, 64 * 4 + 4, "{message}");
     assert!(message.contains("65 viewpoints of sources") && message.contains("64"), "{message}");
-    // Without shadows, or without a size, a source is none.
+    // A light without shadows or without a size has no source.
     let others = [lamp.replace("0.1", "0"), lamp.to_owned() + "casts = false\n"].concat();
     assert_eq!(read(&(lamp.repeat(64) + &others.repeat(2))).unwrap().lights.len(), 68);
 }
@@ -41,13 +42,14 @@ fn steps_of_all_emitters_are_summed_up() {
     let fits = folder.write("one.toml", format!("{MATERIAL}{camera}{emitter}"));
     let steps = gobo_scene::Summary::of(&scene::check(&fits).unwrap()).steps;
     assert!((2_150_000_000..2_180_000_000).contains(&steps), "{steps}");
-    // Also where the camera would be placed by what it sees.
+    // Even if the camera would be placed to frame the contents.
     scene::check(&folder.write("unplaced.toml", format!("{MATERIAL}{emitter}"))).unwrap();
     let (line, message) = refused(&format!("{MATERIAL}{}", emitter.repeat(2)));
     assert_eq!(line, 2 + 5 + 4, "{message}");
     assert!(message.contains("steps of particles"), "{message}");
-    // A fluid takes many neighbours a step, from its start on.
-    let fluid = "[[emitter]]\nmaterial = \"m\"\nrate = 900\nlifetime = 10\nstart = -600\nfluid = { spacing = 0.1 }\n";
+    // A fluid visits many neighbours per step, from its start on.
+    let fluid = "[[emitter]]\nmaterial = \"m\"\nrate = 900\nlifetime = 10\nstart = -600\n\
+        fluid = { spacing = 0.1 }\n";
     let (line, message) = refused(&format!("{MATERIAL}{fluid}"));
     assert_eq!(line, 2 + 4, "{message}");
     read(&format!("{MATERIAL}{camera}{}", fluid.replace("-600", "-1"))).unwrap();
@@ -116,11 +118,13 @@ fn steps_that_make_nothing_are_counted() {
     let load = |nodes: usize, node: &str, mesh: &str| {
         let (all, nodes) = (vec![node; nodes].join(","), (0..nodes).collect::<Vec<_>>());
         let text = format!(
-            r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{{"nodes":{nodes:?}}}],
+            r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["EXT_mesh_gpu_instancing"],
+            "scenes":[{{"nodes":{nodes:?}}}],
             "nodes":[{all}],"meshes":[{{"primitives":[{mesh}]}}],
             "accessors":[{{"bufferView":0,"componentType":5126,"count":500000,"type":"VEC3"}},
               {{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[0,0,0]}}],
-            "bufferViews":[{{"buffer":0,"byteLength":6000000}}],"buffers":[{{"byteLength":6000000,"uri":"zeros.bin"}}]}}"#
+            "bufferViews":[{{"buffer":0,"byteLength":6000000}}],
+            "buffers":[{{"byteLength":6000000,"uri":"zeros.bin"}}]}}"#
         );
         load_model(&folder.write("many.gltf", text), Mat4::IDENTITY)
     };
@@ -179,10 +183,12 @@ fn instances_are_numbers() {
     let load = |instance: f32| {
         let corners = [0f32, 0., 0., 1., 0., 0., 0., 1., 0., instance, 0., 0.];
         folder.write("at.bin", corners.map(f32::to_le_bytes).concat());
-        let text = r#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_mesh_gpu_instancing"],"scenes":[{"nodes":[0]}],
+        let text = r#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_mesh_gpu_instancing"],
+        "scenes":[{"nodes":[0]}],
             "nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":1}}}}],
             "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
+            "max":[1,1,0]},
               {"bufferView":1,"componentType":5126,"count":1,"type":"VEC3"}],
             "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":12}],
             "buffers":[{"byteLength":48,"uri":"at.bin"}]}"#;
@@ -203,7 +209,8 @@ fn accessors_may_lack_bytes() {
         let text = format!(
             r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
             "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-            "accessors":[{{"componentType":5126,"count":{count},"type":"VEC3","min":[0,0,0],"max":[0,0,0]}}]}}"#
+            "accessors":[{{"componentType":5126,"count":{count},"type":"VEC3","min":[0,0,0],
+            "max":[0,0,0]}}]}}"#
         );
         load_model(&folder.write("zeros.gltf", text), Mat4::IDENTITY)
     };

@@ -6,7 +6,11 @@ use gobo_scene::Scene;
 
 #[test]
 fn what_is_left_out_is_chosen() {
-    let scene = read("[[material]]\nname = \"m\"\n[[shape]]\nkind = \"box\"\nmaterial = \"m\"\nscale = [2, 8, 2]\ntranslation = [5, 0, 0]").unwrap();
+    let scene = read(
+        "[[material]]\nname = \"m\"\n[[shape]]\nkind = \"box\"\nmaterial = \"m\"\n\
+        scale = [2, 8, 2]\ntranslation = [5, 0, 0]",
+    )
+    .unwrap();
     assert_eq!(scene.lights.len(), 1);
     assert_eq!(scene.lights[0].name, "sun");
     assert_eq!(scene.camera.size, UVec2::new(960, 540));
@@ -21,7 +25,7 @@ fn what_is_left_out_is_chosen() {
             .unwrap(),
         );
     }
-    // Nothing at all is a scene too.
+    // An empty file is a scene, too.
     let nothing = read("").unwrap();
     assert!(nothing.bounds().is_empty());
     assert_eq!(gobo_scene::Summary::of(&nothing).bounds, None);

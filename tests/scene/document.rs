@@ -22,6 +22,7 @@ nodes = 4
 bias = 0.02
 normal_bias = 2
 pair_budget = 1000
+curve_budget = 5000000000
 [environment]
 ambient = [0.1, 0.2, 0.3]
 background = [0.4, 0.5, 0.6]
@@ -92,6 +93,7 @@ fn every_key_is_heard() {
     let shadow = scene.shadow;
     assert_eq!((shadow.size, shadow.receiver, shadow.nodes), (64, Receiver::Curve, 4));
     assert_eq!((shadow.bias, shadow.normal_bias, shadow.pair_budget), (Some(0.02), 2.0, 1000));
+    assert_eq!(shadow.curve_budget, 5_000_000_000);
     assert_eq!(scene.ambient, Vec3::new(0.1, 0.2, 0.3));
     assert_eq!(scene.background, Vec3::new(0.4, 0.5, 0.6));
 
@@ -232,7 +234,7 @@ name = "glass"
     assert_eq!((scene.lights[0].intensity, scene.lights[0].size), (7.0, Some(256)));
     assert_eq!(scene.materials[0].tint, Vec4::new(0.1, 0.2, 0.3, 0.4));
     assert_eq!(scene.materials[0].transfer, Transfer::Stain);
-    // The light that a file without any gets.
+    // The default light of a file without lights.
     let sun = read_with("", &[("light.sun.size", "64")]).unwrap();
     assert_eq!((sun.lights.len(), sun.lights[0].size), (1, Some(64)));
     assert_eq!(sun.lights[0].kind, read("").unwrap().lights[0].kind);
@@ -290,7 +292,7 @@ fn own_scenes_load() {
         if path.extension().is_some_and(|e| e == "toml") {
             let scene = scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
             let transfers = || scene.materials.iter().map(|m| m.transfer);
-            // Scenes of opaque casters only are about soft shadows.
+            // Scenes of opaque casters alone are about soft shadows.
             let is_soft = scene.lights.iter().any(|light| light.source.is_some());
             let is_soft = is_soft || scene.mask.is_some();
             let casts = is_soft || transfers().any(|t| t != Transfer::Opaque);

@@ -9,7 +9,8 @@ use gobo::{
 };
 use gobo_scene::Scene;
 
-pub(super) const HEAD: &str = "[[material]]\nname = 'smoke'\nradius = 0.1\n[[material]]\nname = 'bright'\ntransfer = 'gain'\n";
+pub(super) const HEAD: &str = "[[material]]\nname = 'smoke'\nradius = 0.1\n[[material]]\n\
+    name = 'bright'\ntransfer = 'gain'\n";
 
 pub(super) fn emitting(keys: &str) -> Scene {
     let toml = format!("{HEAD}[[emitter]]\nmaterial = 'smoke'\n{keys}\n");
@@ -53,7 +54,8 @@ fn flown(forces: &Forces, steps: u32) -> EmittedParticle {
     emitted
 }
 
-const WILD: &str = "rate = 300\nlifetime = [0.5, 2]\nshape = 'sphere'\nextent = [1, 0.5, 1]\nspread = 1\nbuoyancy = 3\n\
+const WILD: &str = "rate = 300\nlifetime = [0.5, 2]\nshape = 'sphere'\nextent = [1, 0.5, 1]\n\
+    spread = 1\nbuoyancy = 3\n\
     gravity = 1\ndrag = 2\nwind = [1, 0, 0.5]\nturbulence = 2\nfrequency = 1.5\nevolve = 0.4\nground = -0.2\n\
     boxes = [{ min = [0.5, -1, -1], max = [1, 1.5, 1] }]\nradius = [0.02, 0.2]\nalpha = [0, 1, 0]\nseed = 5\n\
     color = [[1, 0.5, 0.2], 0.5]\n";
@@ -154,7 +156,7 @@ fn nothing_goes_through_ground_or_boxes() {
     assert_eq!((emitted.position.y, emitted.velocity), (0.0, Vec3::new(1.0, 1.5, 2.0)));
 }
 
-/// Turbulence is divergence-free, has no mean, and has about the speed that is set.
+/// Turbulence is divergence-free, has mean 0, and about the set speed.
 #[test]
 fn whirls_have_no_sources() {
     let (mut sum, mut square, mut worst, mut count) = (DVec3::ZERO, 0.0, 0.0f32, 0);
@@ -233,7 +235,7 @@ fn particles_start_within_their_shape() {
     }
 }
 
-/// Each particle starts at the emitter's position at its own time, not at its frame's or step's.
+/// Each particle starts at the emitter's position at its own time, not at that of its frame or step.
 #[test]
 fn emitters_leave_particles_along_their_path() {
     let keys = "rate = 1000\nlifetime = 10\nvelocity = [0, 0, 0]\nposition = [0, 1, 0]\nstart = -1\n\

@@ -1,4 +1,5 @@
-//! Scenes that show where other systems fail: data/gallery/failures.toml against the chords of two spheres, and seams.toml.
+//! Scenes that show where other systems fail: data/gallery/failures.toml against the chords of two spheres,
+//! and seams.toml.
 use crate::common::{TIERS, gpu};
 use gobo::{
     Receiver, View,
@@ -46,7 +47,7 @@ fn shares(failures: &Failures, points: &[(f32, f32)]) -> Vec<Vec3> {
     shares.into_iter().map(Vec3::from).collect()
 }
 
-/// Length inside a sphere of the sunbeam to a point of the ground [m].
+/// Length of the sunbeam to a point of the ground inside a sphere [m].
 fn chord(center: DVec2, x: f32) -> f64 {
     const RADIUS: f64 = 1.1;
     let toward = DVec2::new(-1.0, 0.36).normalize();
@@ -62,7 +63,7 @@ fn exact(x: f32) -> Vec3 {
     Vec3::new(0.72, 0.52, 0.34).powf(depth as f32)
 }
 
-/// Light that the ground of the middle row and of ours sends straight up.
+/// Light that the ground sends straight up, in the middle row and in ours.
 fn seen(failures: &Failures, x: f32) -> [Vec3; 2] {
     const HEIGHT: f32 = 40.0;
     let middle = (GROUND + OURS) / 2.0;

@@ -39,8 +39,8 @@ fn triangles_far_from_the_origin_are_warned_of() {
     assert_eq!(empty(Vec::new()).rounding_warning(), None);
 }
 
-/// A scene at an offset `away` from the origin [m]. Its numbers have few digits, so that they are exact
-/// there as well.
+/// A scene at an offset `away` from the origin [m]. Its numbers have few digits, so that they are exact there
+/// as well.
 fn load_at(away: [f32; 3]) -> Scene {
     let at =
         |x: f32, y: f32, z: f32| format!("[{}, {}, {}]", x + away[0], y + away[1], z + away[2]);
@@ -68,8 +68,7 @@ fn load_at(away: [f32; 3]) -> Scene {
     scene::load(&folder.write("scene.toml", toml)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A translated scene has the same shadows. Its positions are exact at that offset, but sums of them are
-/// not.
+/// A translated scene has the same shadows. Its positions are exact at that offset, but sums of them are not.
 #[test]
 fn a_scene_far_away_has_the_shadows_of_one_at_the_origin() {
     let near = load_at([0.0; 3]);
@@ -98,7 +97,7 @@ fn a_scene_far_away_has_the_shadows_of_one_at_the_origin() {
     }
 }
 
-/// A pane, a rigid body, a model and its light, none of which moves.
+/// A pane, a rigid body, a model and its light, all without motion.
 fn still_at(away: [f32; 3]) -> Scene {
     let at =
         |x: f32, y: f32, z: f32| format!("[{}, {}, {}]", x + away[0], y + away[1], z + away[2]);
@@ -106,15 +105,18 @@ fn still_at(away: [f32; 3]) -> Scene {
         .iter()
         .flat_map(|number| number.to_le_bytes())
         .collect();
-    // The model stands where its own node says.
+    // The model's own node places it.
     let gltf = format!(
         r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["KHR_lights_punctual"],
         "extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"point","intensity":5}}]}}}},
         "scenes":[{{"nodes":[0]}}],"nodes":[{{"translation":{},"children":[1]}},{{"mesh":0,
-          "rotation":[0.6,0,0,0.8],"translation":[0.3,0.1,0],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
+          "rotation":[0.6,0,0,0.8],"translation":[0.3,0.1,0],
+          "extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1.3,0.7,0.1]}}],
-        "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36,"uri":"corners.bin"}}]}}"#,
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
+        "max":[1.3,0.7,0.1]}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}],
+        "buffers":[{{"byteLength":36,"uri":"corners.bin"}}]}}"#,
         at(0.5, 1.0, 0.5),
     );
     let place = format!("material = \"gel\"\ntranslation = {}\n", at(0.0, 1.0, 0.0));

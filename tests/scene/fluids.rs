@@ -33,7 +33,7 @@ fn drop_of(count: u32, extent: f32) -> Vec<EmittedParticle> {
 }
 
 /// In a lattice whose reach is two spacings, a middle particle has itself, 6 neighbours at 1 spacing, 12 at
-/// the root of 2 and 8 at that of 3; those at 2 have no weight. Each adds `s^3 315 / (64 pi h^9) (h^2 -
+/// the root of 2 and 8 at the root of 3; those at 2 have no weight. Each adds `s^3 315 / (64 pi h^9) (h^2 -
 /// r^2)^3`.
 #[test]
 fn a_lattice_has_the_density_of_its_kernel() {
@@ -143,8 +143,10 @@ fn momentum_stays() {
     }
 }
 
-const SMOKE: &str = "rate = 60\nlifetime = 2.5\nshape = 'disc'\nextent = [0.4, 0, 0.4]\nbuoyancy = 2\ndrag = 1\n\
-    turbulence = 0.5\nboxes = [{ min = [-1, 0.8, -1], max = [1, 1, 1] }]\nfluid = { spacing = 0.15 }\nseed = 4\n";
+const SMOKE: &str = "rate = 60\nlifetime = 2.5\nshape = 'disc'\nextent = [0.4, 0, 0.4]\nbuoyancy = 2\n\
+    drag = 1\n\
+    turbulence = 0.5\nboxes = [{ min = [-1, 0.8, -1], max = [1, 1, 1] }]\nfluid = { spacing = 0.15 }\n\
+    seed = 4\n";
 
 #[test]
 fn a_moment_of_a_fluid_is_the_same_whatever_came_before() {
@@ -155,14 +157,14 @@ fn a_moment_of_a_fluid_is_the_same_whatever_came_before() {
         assert!(&at(&mut emitting(SMOKE), seconds) == expected, "{seconds} s alone");
         assert!(&at(&mut in_turn, seconds) == expected, "{seconds} s, back from later");
     }
-    // 150 at a time, and nearly all elsewhere than without the fluid.
+    // 150 at a time, nearly all elsewhere than without the fluid.
     assert!((149..=151).contains(&all[4].len()), "{}", all[4].len());
     let single = at(&mut emitting(&SMOKE.replace("fluid = { spacing = 0.15 }\n", "")), 3.1);
     assert_eq!(single.len(), all[4].len());
     assert!(single.iter().zip(&all[4]).filter(|(a, b)| a.center != b.center).count() > 140);
 }
 
-/// Without forces, the steps and the started particles are those without a fluid.
+/// Without forces, the steps and the started particles equal those without a fluid.
 #[test]
 fn a_fluid_that_does_nothing_is_none() {
     let still = Fluid { stiffness: 0.0, viscosity: 0.0, ..FLUID };

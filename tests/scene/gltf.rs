@@ -202,15 +202,19 @@ fn emissive_textures_are_read() {
 fn glass_bends_and_blurs_by_ior_and_roughness() {
     let dense = "\"extensions\": {\"KHR_materials_ior\": {\"ior\": 1.25},";
     let text = document("").replacen(
-        "\"extensions\": {\n            \"KHR_materials_transmission\": {\"transmissionFactor\": 1},\n            \"KHR_materials_volume\"",
-        &format!("{dense} \"KHR_materials_transmission\": {{\"transmissionFactor\": 1}}, \"KHR_materials_volume\""),
+        "\"extensions\": {\n            \"KHR_materials_transmission\": \
+         {\"transmissionFactor\": 1},\n            \"KHR_materials_volume\"",
+        &format!(
+            "{dense} \"KHR_materials_transmission\": {{\"transmissionFactor\": 1}}, \
+            \"KHR_materials_volume\""
+        ),
         1,
     );
     for (text, ior, frost) in [(document(""), 1.5, 1.0), (text, 1.25, 0.5)] {
         let model = load("glass.glb", glb_of(&text)).unwrap();
         assert!(model.notes.is_empty(), "{:?}", model.notes);
         let of = |name| (material(&model, name).ior, material(&model, name).frost);
-        // A thin wall of roughness 0.1, a rough body, and the same where the mesh has no inside.
+        // A thin wall of roughness 0.1, a rough body, and the same for a mesh without an inside.
         assert_eq!(
             (of("glass").0, of("body"), of("body (sheet)")),
             (1.0, (ior, frost), (1.0, frost))

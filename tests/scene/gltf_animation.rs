@@ -8,7 +8,8 @@ use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene as scene;
 use gobo_scene::Scene;
 
-/// A glTF file of a triangle below two nodes, the outer of which turns about y, and a light at the inner one.
+/// A glTF file of a triangle below two nodes, the outer of which rotates about y, and a light at the inner
+/// one.
 fn windmill(interpolation: &str, keys: &[[f32; 4]]) -> String {
     let mut floats: Vec<f32> = vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     floats.extend([0.0, 2.0]);
@@ -91,7 +92,7 @@ fn gltf_nodes_follow_their_keys() {
     }
 }
 
-/// The sum of keys that a sampler announces does not fit in a number: no accessor alone says so.
+/// The sum of the announced keys overflows, although no single accessor does.
 #[test]
 fn more_keys_than_numbers_count_are_refused() {
     let folder = Folder::new();
@@ -107,7 +108,7 @@ fn more_keys_than_numbers_count_are_refused() {
     }
 }
 
-/// The camera of the file turns with its node, unless the scene says where it is.
+/// The file's camera turns with its node, unless the scene places it.
 #[test]
 fn the_camera_of_a_model_follows_its_node() {
     let folder = Folder::new();
@@ -246,8 +247,8 @@ fn skins_and_targets_move_corners_against_each_other() {
     }
 }
 
-/// A number that is not finite is refused by name; one that is only too large moves a triangle too far, which is left out
-/// as long as it is there.
+/// A number that is not finite is refused by name; one that is only too large moves a triangle too far away,
+/// which is left out while it is there.
 #[test]
 fn damaged_rigs_are_refused_or_left_out() {
     let folder = Folder::new();
@@ -268,7 +269,8 @@ fn damaged_rigs_are_refused_or_left_out() {
     let far = "triangle moved too far";
     let path = with(-1.0, 1e30);
     let floor = "[[material]]\nname = 'm'\n[[shape]]\nkind = 'box'\nmaterial = 'm'\n[[light]]\n\
-                 kind = 'directional'\ndirection = [0, -1, 0]\n[camera]\nsize = [8, 4]\n[shadow]\nsize = 16\n";
+                 kind = 'directional'\ndirection = [0, -1, 0]\n[camera]\nsize = [8, 4]\n[shadow]\n\
+                 size = 16\n";
     let text = format!("{floor}[[mesh]]\nfile = 'bent.gltf'\n");
     let mut scene = scene::load(&folder.write("scene.toml", text)).unwrap();
     assert!(path.exists());
@@ -276,7 +278,7 @@ fn damaged_rigs_are_refused_or_left_out() {
     assert!(scene.bounds().max.abs().max_element() <= 0.5, "{:?}", scene.bounds());
     let frame = Renderer::on_cpu().render(&scene, &RenderOptions::default()).unwrap();
     assert_eq!(frame.counters.skipped.get(far), Some(&1));
-    // Only where it is too far.
+    // Only at the time when it is too far away.
     folder.write("bent.gltf", bent(""));
     let text = format!(
         "{floor}[[mesh]]\nname = 'bent'\nfile = 'bent.gltf'\n[[animate]]\ntarget = 'mesh.bent.scale'\n\

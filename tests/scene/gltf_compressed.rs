@@ -1,6 +1,6 @@
-//! Compressed and quantized glTF meshes, against the formula of the surface that they were made of. The files
-//! beside this one were written by gltfpack 1.3, of meshoptimizer, with `-cc`, `-cc -vpf -vtf` and `-cz`, and by
-//! Google's Draco 1.5, by edges (level 10) and in sequence (level 0).
+//! Compressed and quantized glTF meshes, against the formula of their surface. The files beside this one were
+//! written by gltfpack 1.3, of meshoptimizer, with `-cc`, `-cc -vpf -vtf` and `-cz`, and by Google's Draco
+//! 1.5, by edges (level 10) and in sequence (level 0).
 use crate::common::files::Folder;
 use gobo::glam::{Mat4, Vec2, Vec3};
 use gobo_scene::{Limit, Model, SceneError, load_model};
@@ -126,7 +126,7 @@ fn damage_of_draco_is_named() {
     assert!(error.to_string().contains(&Limit::Unpacked.most().to_string()), "{error}");
 }
 
-/// Accessors whose counts differ from those of their stream follow it, if all of a primitive do.
+/// Accessors whose counts differ from their stream's follow the stream, if all accessors of a primitive do.
 #[test]
 fn streams_of_draco_have_the_last_word() {
     let (_, document) = FILES[3];
@@ -141,7 +141,7 @@ fn streams_of_draco_have_the_last_word() {
             assert_eq!(read(&changed).unwrap().triangles, whole.triangles, "{to}");
         }
     }
-    // Normals that are not compressed must be as many.
+    // Uncompressed normals must be as many.
     let mut beside: serde_json::Value = serde_json::from_str(document).unwrap();
     beside["accessors"][2] = serde_json::json!(
         { "bufferView": 0, "componentType": 5120, "normalized": true, "count": 24, "type": "VEC3" });
@@ -149,7 +149,7 @@ fn streams_of_draco_have_the_last_word() {
     assert!(error.contains("differ in count"), "{error}");
 }
 
-/// What has a view of its own is read from there.
+/// Accessors with a view of their own are read from it.
 #[test]
 fn draco_beside_plain_data_is_not_decoded() {
     let (_, plain) = FILES[1];

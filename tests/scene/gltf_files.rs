@@ -213,8 +213,8 @@ fn webp_images_are_read() {
     assert_eq!(scene.textures[0].rgba, model.textures[0].rgba);
 }
 
-/// Tiles of 4 x 4 texels, each of one colour, by the encoder of Basis Universal 1.16: as ETC1S, and as UASTC with levels
-/// and by Zstandard.
+/// Tiles of 4 x 4 texels, each of one colour, encoded by Basis Universal 1.16: as ETC1S, and as UASTC with
+/// mip levels and Zstandard.
 #[test]
 fn textures_in_ktx2_are_read() {
     let text = document(
@@ -230,7 +230,7 @@ fn textures_in_ktx2_are_read() {
         folder.write("tiles.ktx2", bytes);
         load(&folder, &text)
     };
-    // ETC1S has 5 bits a channel.
+    // ETC1S has 5 bits per channel.
     for (bytes, tolerance) in
         [(&include_bytes!("tiles_etc1s.ktx2")[..], 4), (include_bytes!("tiles_uastc.ktx2"), 1)]
     {
@@ -245,7 +245,7 @@ fn textures_in_ktx2_are_read() {
             let apart = texel.iter().zip(wanted).map(|(&a, b)| i32::from(a).abs_diff(b as i32));
             assert!(apart.max().unwrap() <= tolerance, "{texel:?} for {wanted:?}");
         }
-        // Damage is named, and never a panic.
+        // Damage gives an error that names it, and never a panic.
         for at in 0..bytes.len() {
             let mut changed = bytes.to_vec();
             changed[at] ^= 0xff;
@@ -255,7 +255,7 @@ fn textures_in_ktx2_are_read() {
             assert!(load(&bytes[..at]).is_err(), "{at} bytes");
         }
     }
-    // A table without most of its codes.
+    // A code table with most of its codes missing.
     let mut changed = include_bytes!("tiles_etc1s.ktx2").to_vec();
     changed[284..288].copy_from_slice(&[1, 0, 0, 0]);
     assert!(load(&changed).unwrap_err().to_string().contains("damaged"));
@@ -329,7 +329,7 @@ fn channels_that_move_no_node_are_passed_over() {
     assert!(animated(r#"{"node": 0, "path": "translation"}"#).is_err());
 }
 
-/// Textures in AVIF alone are white, and counted with a remedy; required, they refuse the file.
+/// Textures in AVIF alone are white, and counted with a remedy; if AVIF is required, the file is refused.
 #[test]
 fn images_of_other_kinds_are_named() {
     let textures = |sources: &str| {
@@ -351,25 +351,34 @@ fn images_of_other_kinds_are_named() {
     assert!(message.contains("EXT_texture_avif") && help.unwrap().contains("PNG"), "{message}");
 }
 
-/// Colours of vertices, as bytes with alpha and as floats without, in each corner.
+/// Vertex colours, as bytes with alpha and as floats without, in each corner.
 #[test]
 fn colours_of_vertices_are_read() {
     let of = |kind: &str, component: u32, normalized: bool| {
+        let length = if component == 5121 { 12 } else { 36 };
         document("corners.bin", "")
             .replace("\"POSITION\": 0", "\"POSITION\": 0, \"COLOR_0\": 1")
             .replace(
                 "\"bufferViews\": [",
-                &format!("\"bufferViews\": [{{\"buffer\": 1, \"byteLength\": {}}},", if component == 5121 { 12 } else { 36 }),
+                &format!("\"bufferViews\": [{{\"buffer\": 1, \"byteLength\": {length}}},"),
             )
-            .replace("\"bufferView\": 0, \"componentType\": 5126", "\"bufferView\": 1, \"componentType\": 5126")
+            .replace(
+                "\"bufferView\": 0, \"componentType\": 5126",
+                "\"bufferView\": 1, \"componentType\": 5126",
+            )
             .replace(
                 "\"max\": [1, 1, 0]}",
                 &format!(
-                    "\"max\": [1, 1, 0]}}, {{\"bufferView\": 0, \"componentType\": {component}, \"count\": 3, \
-                     \"type\": \"{kind}\", \"normalized\": {normalized}}}"
+                    "\"max\": [1, 1, 0]}}, {{\"bufferView\": 0, \"componentType\": {component}, \
+                     \"count\": 3, \"type\": \"{kind}\", \"normalized\": {normalized}}}"
                 ),
             )
-            .replace("\"corners.bin\"}]", &format!("\"corners.bin\"}}, {{\"byteLength\": {}, \"uri\": \"colors.bin\"}}]", if component == 5121 { 12 } else { 36 }))
+            .replace(
+                "\"corners.bin\"}]",
+                &format!(
+                    "\"corners.bin\"}}, {{\"byteLength\": {length}, \"uri\": \"colors.bin\"}}]"
+                ),
+            )
     };
     let folder = Folder::new();
     folder.write("colors.bin", [255u8, 0, 0, 255, 0, 255, 0, 128, 64, 64, 64, 0]);
@@ -383,7 +392,7 @@ fn colours_of_vertices_are_read() {
     let floats = load(&folder, &of("VEC3", 5126, false)).unwrap();
     let expected = [[0, 255, 128, 255], [255; 4], [0, 0, 0, 255]];
     assert_eq!(floats.triangles[0].colors.map(|color| color.0), expected);
-    // Whole numbers are no shares.
+    // Integers that are not normalised are no colours.
     folder.write("colors.bin", [0u8; 12]);
     assert!(load(&folder, &of("VEC4", 5121, false)).is_err());
 }

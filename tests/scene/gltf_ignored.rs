@@ -1,4 +1,4 @@
-//! What of a glTF file is not read is named once, and what is valid is never refused.
+//! Ignored parts of a glTF file are named once, and valid files are never refused.
 use crate::common::{
     files::Folder,
     model::{BYTE, Glb, SHORT, UBYTE, USHORT, floats},
@@ -52,8 +52,7 @@ fn what_is_not_read_is_named_once() {
     for _ in 0..2 {
         let square = model.square(json!({
             "normalTexture": { "index": texture },
-            "occlusionTexture": { "index": texture },
-            "extensions": { "KHR_materials_sheen": {} },
+            "extensions": { "KHR_materials_sheen": {}, "KHR_materials_specular": {}, "KHR_materials_clearcoat": {} },
         }));
         model.place(square, [0.0; 3]);
     }
@@ -62,8 +61,8 @@ fn what_is_not_read_is_named_once() {
     let all = model.notes.join("\n");
     for name in [
         "`KHR_materials_sheen`",
-        "normal textures",
-        "occlusion textures",
+        "`KHR_materials_specular`",
+        "`KHR_materials_clearcoat`",
         "wrap modes",
         "filters",
         "scenes",
@@ -78,7 +77,7 @@ fn corners_follow_eight_joints() {
     let mut square = model.square(json!({}));
     let (first, second) = ([0u8; 16], [1u8; 16]);
     for (set, joints) in [(0, first), (1, second)] {
-        // Of a sum of 2, to be scaled.
+        // Weights with the sum 2, to be scaled.
         let weights = model.floats("VEC4", &[0.25; 16]);
         let joints = model.items((UBYTE, "VEC4", 4), &joints, json!({}));
         square["attributes"][format!("JOINTS_{set}")] = joints.into();
@@ -113,15 +112,17 @@ fn lights_have_cones_and_ranges() {
     assert_eq!((point.inner_angle, point.end), (None, Some(3.0)));
 }
 
-/// Texture coordinates of the second set, moved, scaled and turned; of the texture alone.
+/// Texture coordinates of the second set, moved, scaled and rotated, for the texture alone.
 #[test]
 fn texture_transforms_and_sets_are_followed() {
     let mut model = Glb::new();
     let texture = model.texture(1, 1, &[255; 4]);
-    let transform = json!({ "offset": [0.5, 0.25], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2, 3], "texCoord": 1 });
+    let transform = json!({
+        "offset": [0.5, 0.25], "rotation": std::f32::consts::FRAC_PI_2, "scale": [2, 3], "texCoord": 1
+    });
     let used = json!({ "index": texture, "extensions": { "KHR_texture_transform": transform } });
     let mut square = model.square(json!({ "emissiveFactor": [1, 1, 1], "emissiveTexture": used }));
-    // Normalized integers: of u the ends, of v a fifth and all.
+    // Normalised integers: u is 0 or 1, v a fifth or 1.
     let shorts = [[0u16, 65535], [65535, 13107], [0, 0], [65535, 65535]];
     let bytes: Vec<u8> = shorts.as_flattened().iter().flat_map(|i| i.to_le_bytes()).collect();
     let second = model.items((USHORT, "VEC2", 4), &bytes, json!({ "normalized": true }));
@@ -177,7 +178,11 @@ fn accessors_of_all_kinds_are_read() {
         let (indices, values) =
             (model.view(&[1, 0, 2, 0]), model.view(&floats(&[7.0, 0.0, 0.0, 0.0, 0.0, -7.0])));
         let accessor = &mut model.json["accessors"][base];
-        accessor["sparse"] = json!({ "count": 2, "indices": { "bufferView": indices, "componentType": 5123 }, "values": { "bufferView": values } });
+        accessor["sparse"] = json!({
+            "count": 2,
+            "indices": { "bufferView": indices, "componentType": 5123 },
+            "values": { "bufferView": values }
+        });
         if !has_base {
             accessor.as_object_mut().unwrap().remove("bufferView");
         }
@@ -198,13 +203,15 @@ fn accessors_of_all_kinds_are_read() {
     assert_eq!(corners(4), [[0.0, 0.0, 0.0], [7.0, 0.0, 0.0], [0.0, 0.0, -7.0]].map(Vec3::from));
 }
 
-/// A body whose faces look inwards is turned, with all that its corners have.
+/// A body whose faces point inwards is reversed, with all attributes of its corners.
 #[test]
 fn corners_keep_their_colours_when_bodies_are_turned() {
     let mut model = Glb::new();
     let glass = json!({
         "KHR_materials_transmission": { "transmissionFactor": 1 },
-        "KHR_materials_volume": { "thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [0.5, 0.5, 0.5] },
+        "KHR_materials_volume": {
+            "thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [0.5, 0.5, 0.5]
+        },
     });
     let mut body = model
         .square(json!({ "pbrMetallicRoughness": { "metallicFactor": 0 }, "extensions": glass }));
@@ -226,7 +233,8 @@ fn corners_keep_their_colours_when_bodies_are_turned() {
     }
 }
 
-/// Containers of plain bytes, as `toktx` and `ktx create` write them: rgb and rgba, by Zstandard, by zlib or as they are.
+/// Containers of plain bytes, as `toktx` and `ktx create` write them: rgb and rgba, with Zstandard, zlib or
+/// uncompressed.
 #[test]
 fn plain_ktx2_is_read() {
     use std::io::Write as _;
@@ -275,7 +283,7 @@ fn plain_ktx2_is_read() {
                     "{format} {scheme}"
                 );
             }
-            // Damage is named, and never a panic.
+            // Damage gives an error that names it, and never a panic.
             for at in (0..file.len()).step_by(7) {
                 let mut changed = file.clone();
                 changed[at] ^= 0xff;

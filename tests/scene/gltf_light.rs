@@ -1,4 +1,4 @@
-//! What glTF materials let through, by the meanings that their extensions give them.
+//! Transmittance of glTF materials, as their extensions define it.
 use crate::common::{files::Folder, model::Glb};
 use gobo::{glam::Vec3, model::ReceiverPoint};
 use gobo_picture::Renderer;
@@ -16,7 +16,7 @@ fn scene(folder: &Folder, model: &Glb, keys: &str) -> Scene {
     scene::load(&folder.write("scene.toml", toml)).unwrap()
 }
 
-/// Light of the sun half a metre below a place.
+/// Light of the sun half a metre below a point.
 fn below(scene: &Scene, places: &[[f32; 2]]) -> Vec<[f32; 3]> {
     let point =
         |&[x, z]: &[f32; 2]| ReceiverPoint { position: Vec3::new(x, -0.5, z), normal: Vec3::ZERO };
@@ -60,7 +60,7 @@ fn cube(model: &mut Glb, material: Value) -> Value {
     cube
 }
 
-/// Alpha of BLEND is coverage: of white cloth behind alpha 1 no light is left.
+/// Alpha of BLEND is coverage: behind white cloth of alpha 1 no light is left.
 #[test]
 fn what_blends_covers() {
     let mut model = Glb::new();
@@ -88,7 +88,11 @@ fn metal_transmits_nothing() {
     let mut model = Glb::new();
     let left = [[0, 0, 255, 255].repeat(8), [0, 0, 0, 255].repeat(8)].concat();
     let lead = model.texture(16, 1, &left);
-    let by_texture = |factor: f32| json!({ "metallicFactor": factor, "metallicRoughnessTexture": { "index": lead } });
+    let by_texture = |factor: f32| {
+        json!({
+            "metallicFactor": factor, "metallicRoughnessTexture": { "index": lead }
+        })
+    };
     let materials = [
         (json!({}), [0.0; 3], [0.0; 3]),
         (
@@ -114,13 +118,17 @@ fn metal_transmits_nothing() {
     }
 }
 
-/// A sheet is crossed once, so that it takes the whole of its tint and thickness; a body's two faces take it together,
-/// whether it attenuates or not.
+/// A sheet is crossed once, so it takes the whole of its tint and thickness; a body's two faces take it
+/// together, with or without attenuation.
 #[test]
 fn sheets_and_bodies_take_their_tint_once() {
     let mut model = Glb::new();
     let texture = model.texture(1, 1, &[188, 255, 137, 255]);
-    let surface = json!({ "metallicFactor": 0, "baseColorFactor": [0.04, 0.25, 1, 1], "baseColorTexture": { "index": texture } });
+    let surface = json!({
+        "metallicFactor": 0,
+        "baseColorFactor": [0.04, 0.25, 1, 1],
+        "baseColorTexture": { "index": texture }
+    });
     let material = |volume: Value| {
         let material = glass(json!({ "pbrMetallicRoughness": surface.clone() }));
         let mut material = material;
@@ -146,8 +154,8 @@ fn sheets_and_bodies_take_their_tint_once() {
     assert_light(light[2], tint);
 }
 
-/// With `KHR_materials_ior` thin walls reflect on both their faces, and bodies on each of the two that are crossed; without
-/// it, whatever the extension's default, nothing is lost.
+/// With `KHR_materials_ior` thin walls reflect on both their faces, and bodies on each of the two crossed
+/// faces; without it nothing is lost, whatever the extension's default.
 #[test]
 fn glass_with_an_index_reflects() {
     let clear = || glass(json!({ "pbrMetallicRoughness": plain([1.0; 4]) }));
@@ -190,7 +198,8 @@ fn glass_with_an_index_reflects() {
     }
 }
 
-/// `KHR_materials_diffuse_transmission`: the share and the colour, each times its texture; where alpha is cut, there is no leaf.
+/// `KHR_materials_diffuse_transmission`: the share and the colour, each times its texture; where alpha cuts,
+/// there is no leaf.
 #[test]
 fn leaves_pass_light_diffusely() {
     let mut model = Glb::new();
@@ -206,9 +215,12 @@ fn leaves_pass_light_diffusely() {
         material.as_object_mut().unwrap().extend(more);
         material
     };
-    let plainly = json!({ "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.4, 0.8, 1] });
+    let plainly = json!({
+        "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.4, 0.8, 1]
+    });
     let textured = json!({ "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [1, 0.8, 1],
-        "diffuseTransmissionTexture": { "index": share }, "diffuseTransmissionColorTexture": { "index": tint } });
+        "diffuseTransmissionTexture": { "index": share },
+        "diffuseTransmissionColorTexture": { "index": tint } });
     let cut = |texture: usize| {
         json!({ "alphaMode": "MASK", "pbrMetallicRoughness":
             { "metallicFactor": 0, "baseColorTexture": { "index": texture } } })
@@ -236,13 +248,13 @@ fn leaves_pass_light_diffusely() {
     for (found, wanted) in below(&scene, &places).into_iter().zip(wanted) {
         assert_light(found, wanted);
     }
-    // What does not pass stays, by the texture where there is one.
+    // The rest of the light stays, by the texture if there is one.
     let shares = scene.materials.iter().filter(|m| m.name.ends_with("(far side)"));
     let shares: Vec<_> = shares.map(|material| material.transmission).collect();
     assert_eq!(shares, [0.5, 0.0, 0.5, 0.5, 0.5, 0.5]);
 }
 
-/// The colour of clear texels does not show beside others.
+/// The colour of transparent texels does not bleed into others.
 #[test]
 fn clear_texels_have_no_colour() {
     let mut model = Glb::new();

@@ -70,7 +70,7 @@ fn what_is_not_held_is_named() {
     assert!(error.contains("red.png"), "{error}");
 }
 
-/// A kind is known by a file's head: only what is read is asked for, and never beyond the file.
+/// A file's head tells its format: readers ask only for the ranges that they use, and never beyond the file.
 #[test]
 fn a_file_is_asked_for_within_its_length() {
     let asked = Arc::new(AtomicU64::new(0));
@@ -86,7 +86,7 @@ fn a_file_is_asked_for_within_its_length() {
     assert_eq!(asked.load(Ordering::Relaxed), length);
 }
 
-/// A host that holds less than it says is an error of that file.
+/// A host that delivers less than announced is an error of that file.
 #[test]
 fn a_file_that_ends_early_is_an_error() {
     let file = HeldFile::new(1000, |_| Ok(b"x,y,z,radius\n".to_vec()));

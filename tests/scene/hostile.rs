@@ -73,6 +73,7 @@ fn values_out_of_range_are_refused_where_they_stand() {
         (LIGHT, "slope_bias", &["-1", "inf"], "0"),
         (LIGHT, "normal_bias", &["-1", "inf"], "0"),
         ("[shadow]\n", "pair_budget", &["0"], "1"),
+        ("[shadow]\n", "curve_budget", &["0"], "1"),
         ("[environment]\n", "ambient", &["[-1, 0, 0]", "[0, nan, 0]"], "[0, 9, 0]"),
         (LIGHT, "intensity", &["-1", "nan", "inf", "1e300"], "0"),
         (LIGHT, "color", &["[-1, 0, 0]", "[0, 0, nan]"], "[0, 0, 0]"),
@@ -150,15 +151,21 @@ fn wrong_types_and_lengths_are_refused() {
         "[[material]]",
         "[[material]]\nname = 3",
         "[[material]]\nname = \"m\"\n[[material]]\nname = \"m\"",
-        "[[light]]\nname = \"l\"\nkind = \"point\"\nposition = [0, 0, 0]\n[[light]]\nname = \"l\"\nkind = \"point\"\nposition = [0, 0, 0]",
+        "[[light]]\nname = \"l\"\nkind = \"point\"\nposition = [0, 0, 0]\n[[light]]\nname = \"l\"\n\
+         kind = \"point\"\nposition = [0, 0, 0]",
         "[[particles]]\nmaterial = \"none\"\nfile = \"x.ply\"",
         "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"",
-        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\nfile = \"x.ply\"\ngenerate = { kind = \"smoke\", count = 1 }",
+        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\nfile = \"x.ply\"\n\
+         generate = { kind = \"smoke\", count = 1 }",
         "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\" }",
-        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"fog\", count = 1 }",
-        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\", count = 4000000000 }",
-        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\", count = 1, height = nan }",
-        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"dust\", count = 1, min = [0, 0], max = [1, 1, 1] }",
+        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\n\
+         generate = { kind = \"fog\", count = 1 }",
+        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\n\
+         generate = { kind = \"smoke\", count = 4000000000 }",
+        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\n\
+         generate = { kind = \"smoke\", count = 1, height = nan }",
+        "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\n\
+         generate = { kind = \"dust\", count = 1, min = [0, 0], max = [1, 1, 1] }",
         "[[mesh]]",
         "[[shape]]\nkind = \"torus\"\nmaterial = \"m\"",
         "a = ",
@@ -242,7 +249,8 @@ fn files_that_are_not_there_are_named() {
     assert!(text.contains("latin.toml"), "{text}");
 }
 
-/// Bytes changed, cut out, duplicated: each file gives an answer, and a scene that is read is valid.
+/// Bytes changed, cut out, duplicated: each file gives a result or an error, and a scene that is read is
+/// valid.
 #[test]
 fn mutated_files_do_not_panic() {
     let small = format!(

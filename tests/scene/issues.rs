@@ -1,4 +1,4 @@
-//! Wishes of other projects' users as scenes of data/issues: each against a closed form, and each check
+//! Requests of other projects' users as scenes of data/issues: each against a closed form, and each check
 //! against a wrong scene. docs/compare.md lists them all.
 use gobo::{glam::Vec3, model::ReceiverPoint};
 use gobo_picture::{RenderOptions, Renderer};
@@ -6,7 +6,7 @@ use gobo_scene as scene;
 use gobo_scene::Scene;
 use std::{collections::BTreeSet, fs, path::PathBuf};
 
-/// Light at points of the ground and above it, from the CPU reference; other tests compare kernels with it.
+/// Light at points of the ground and above it, by the CPU reference; other tests compare kernels with it.
 struct Look(Scene);
 
 impl Look {
@@ -83,7 +83,7 @@ const ISSUES: [Issue; 13] = [
     Issue {
         name: "strolle-28",
         holds: |look| {
-            // The ball is made of triangles, a little inside of it.
+            // The ball is made of triangles, slightly inside of it.
             [0.0_f32, 0.2, 0.4].iter().all(|&x| {
                 let way = 2.0 * (0.25 - x * x).sqrt();
                 near(look.at(x, 0.0, 0.0), Vec3::new(0.8, 0.2, 0.2).powf(way), 0.01)

@@ -47,7 +47,7 @@ fn the_table_that_is_too_much_is_named() {
     assert_eq!(read(&LAMP.repeat(4096)).unwrap().lights.len(), 4096);
 }
 
-/// A PNG with a size and no contents.
+/// A PNG with a size but no contents.
 fn promise(width: u32, height: u32) -> Vec<u8> {
     let mut png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec();
     png.extend([width, height].iter().flat_map(|n| n.to_be_bytes()));
@@ -95,7 +95,7 @@ fn images_are_counted_before_they_are_decoded() {
     assert!(error.contains("268435457") && error.contains("268435456"), "{error}");
 }
 
-/// Contents that cannot be decoded: no image is, before the heads of all are counted.
+/// Contents that cannot be decoded: no image is decoded before the heads of all are counted.
 #[test]
 fn images_of_all_tables_are_counted_before_one_is_decoded() {
     let folder = Folder::new();
@@ -141,7 +141,7 @@ fn images_of_all_tables_are_counted_before_one_is_decoded() {
     for i in 0..2 {
         folder.write(&format!("huge{i}.png"), promise(16384, 16384));
     }
-    // Alone, and as one of two files that fit each.
+    // Alone, and as one of two files that are each within the limit.
     let two = scene::load(&folder.write("two.gltf", gltf(2))).unwrap_err().to_string();
     folder.write("one.gltf", gltf(1));
     folder.write("other.gltf", gltf(1).replace("huge0", "huge1"));
@@ -228,12 +228,13 @@ fn long_scene_files_are_refused_unread() {
     assert!(help.unwrap().contains("files of their own"));
 }
 
-/// A triangle mesh, keys and joints, each of which many parts of the file name.
+/// A triangle mesh, keys and joints, each named by many parts of the file.
 fn shared(nodes: &str, more: &str) -> String {
     let length = 400_000 * 4;
     format!(
         r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],{more}
-        "accessors":[{{"bufferView":0,"componentType":5126,"count":100000,"type":"SCALAR","min":[0],"max":[1]}},
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":100000,"type":"SCALAR","min":[0],
+        "max":[1]}},
         {{"bufferView":0,"componentType":5126,"count":100000,"type":"VEC3"}},
         {{"bufferView":0,"componentType":5126,"count":3000,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}}],
         "bufferViews":[{{"buffer":0,"byteLength":{length}}}],

@@ -1,4 +1,4 @@
-//! What classification before interpolation costs, on a scan with thin bones and a thin skin.
+//! Error of classification before interpolation, on a scan with thin bones and a thin skin.
 use crate::common::{files::read, scenes::Chance};
 use gobo::{
     glam::{DVec3, UVec3},
@@ -8,7 +8,7 @@ use gobo::{
 /// Opacities of the table `body`, by value.
 const BODY: [(f64, f64); 5] =
     [(-400.0, 0.0), (-100.0, 0.01), (60.0, 0.04), (250.0, 0.15), (1000.0, 1.0)];
-/// Extinction of an opacity of 1 [1/m].
+/// Extinction at opacity 1 [1/m].
 const FACTOR: f64 = 400.0;
 
 fn opacity(value: f64) -> f64 {
@@ -18,7 +18,7 @@ fn opacity(value: f64) -> f64 {
     start + (end - start) * (value - low) / (high - low)
 }
 
-/// Voxels of grids, summed.
+/// Sum of voxel grids.
 struct Field {
     size: usize,
     values: Vec<f64>,
@@ -57,7 +57,7 @@ impl Field {
     }
 }
 
-/// Mean and 99th percentile of the difference of light along rays from front to back.
+/// Mean and 99th percentile of the light's difference along rays from front to back.
 fn errors(voxels: u32) -> [f64; 2] {
     let chest = |keys: &str| {
         let table =

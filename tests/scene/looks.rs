@@ -1,5 +1,5 @@
-//! What is made of a volume's values: windows, tables of colours, cuts, units and axes, of arrays, `OpenVDB` files and
-//! generated volumes.
+//! Transfer from a volume's values to density and colour: windows, tables of colours, clipping, units and
+//! axes, for arrays, `OpenVDB` files and generated volumes.
 use super::arrays::density;
 use crate::common::{
     TIERS,
@@ -42,7 +42,7 @@ fn of_array(voxel: IVec3) -> f32 {
 }
 
 fn near(found: f32, wanted: f32, what: &str) {
-    // Densities are halves.
+    // Densities are half floats.
     assert!((found - wanted).abs() <= 1e-3 * wanted.abs().max(1e-3), "{what}: {found}, {wanted}");
 }
 
@@ -54,7 +54,7 @@ fn a_window_is_from_0_to_1() {
         let wanted = ((of_array(voxel) - 20.0) / 80.0).clamp(0.0, 1.0);
         near(density(&scene.grids[0], voxel), wanted, &format!("{voxel}"));
     }
-    // What is below the window is no fault, in files below 0, too.
+    // Values below the window are no fault, even below 0.
     let numbers = bytes_of(Kind::I16, false, &[-1000.0, -500.0, 0.0, 1000.0]);
     let scanned = npy_of("<i2", false, "1, 1, 4", &numbers);
     let scene = load(&scanned, "window = [-1000, 1000]\n").unwrap();
@@ -74,7 +74,7 @@ fn each_row_of_a_table_is_a_grid_of_its_share() {
     let scene =
         load(&array, &format!("{TABLE}ahead = 0.25\nalbedo = [1, 0.5, 1]\ncolor = [1, 1, 0.5]\n"))
             .unwrap();
-    // The first row is seen nowhere.
+    // The first row is invisible everywhere.
     let [low, high] = &scene.grids[..] else { panic!("{} grids", scene.grids.len()) };
     for voxel in voxels() {
         let value = of_array(voxel);
@@ -85,7 +85,7 @@ fn each_row_of_a_table_is_a_grid_of_its_share() {
     }
     for (grid, color) in [(low, [0.8, 0.2, 0.1]), (high, [0.2, 0.9, 0.4])] {
         let color = Vec3::from(color);
-        // A quarter of what it scatters goes on as if nothing had been there.
+        // A quarter of the scattered light goes straight on.
         let (taken, scattered) = (1.0 - 0.25 * color, 0.75 * color);
         assert!((grid.extinction - taken * Vec3::new(1.0, 1.0, 0.5)).length() < 1e-6);
         let albedo = scene.materials[grid.material as usize].tint.truncate();
@@ -97,13 +97,13 @@ fn each_row_of_a_table_is_a_grid_of_its_share() {
     assert_ne!(low.material, high.material);
 }
 
-/// A slab of one value between two rows: what a sun sends through it, per channel.
+/// A slab of one value between two rows: its transmittance for a sun, per channel.
 #[test]
 fn a_classified_slab_is_beer_lambert() {
     let array = npy_of("|u1", false, "12, 12, 12", &[40; 12 * 12 * 12]);
     let light = "[[light]]\nkind = \"directional\"\ndirection = [0, -1, 0]\nsize = 32\n";
     let scene = load(&array, &format!("density = {{ factor = 0.2 }}\n{TABLE}{light}")).unwrap();
-    // Half of each: half of 0.5, and half of 1. Half of what is scattered goes straight on.
+    // Half of each row: half of 0.5, and half of 1. Half of the scattered light goes straight on.
     let [one, other] =
         [[0.8, 0.2, 0.1], [0.2, 0.9, 0.4]].map(|color| 1.0 - 0.5 * Vec3::from(color));
     let tau = 0.2 * 12.0 * (0.25 * one + 0.5 * other);
@@ -192,7 +192,8 @@ fn trees_are_cut_and_windowed() {
     grid.tiles.insert(([16, 0, 0], 8), (4.0, true));
     grid.tiles.insert(([128, 0, 0], 128), (2.0, true));
     let bytes = file(Format::default(), &[grid.clone()]);
-    let keys = "window = [0, 4]\nclip = { planes = [[-1, -0.25, 0, 90]], box = [[-3, -9, -9], [999, 999, 30]] }\n";
+    let keys = "window = [0, 4]\n\
+        clip = { planes = [[-1, -0.25, 0, 90]], box = [[-3, -9, -9], [999, 999, 30]] }\n";
     let scene = load(&bytes, keys).unwrap();
     let has = |voxel: IVec3| {
         let at = voxel.as_dvec3() * 0.5 - 1.0;
@@ -210,7 +211,7 @@ fn trees_are_cut_and_windowed() {
         cut += i32::from(value > 0.0 && wanted == 0.0);
     }
     assert!(kept > 3000 && cut > 1000, "{kept} kept, {cut} cut");
-    // A table of colours of a tree.
+    // A table of colours for a tree.
     let scene = load(&bytes, "colors = [[0, [1, 1, 1], 0], [4, [1, 0, 0], 1]]\n").unwrap();
     assert_eq!(density(&scene.grids[0], IVec3::new(130, 3, 3)), 0.5);
 }
@@ -232,7 +233,7 @@ fn units_and_axes_are_those_of_the_scene() {
     }
 }
 
-/// A scan of a chest has air around it and in its lungs, muscle, and dense bone; a cut is in its own space.
+/// A scan of a chest has air around it and in its lungs, muscle, and dense bone; a clip is in its own space.
 #[test]
 fn a_chest_is_a_scan() {
     let chest = |keys: &str| {

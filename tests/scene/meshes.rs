@@ -16,7 +16,7 @@ fn refusal(result: Result<Scene, SceneError>) -> String {
     }
 }
 
-/// Without the ground of a file alone.
+/// A single file, without its ground.
 fn alone(name: &str, bytes: impl AsRef<[u8]>) -> Result<Scene, SceneError> {
     let folder = Folder::new();
     let mut options = scene::LoadOptions::default();
@@ -89,7 +89,7 @@ fn a_ply_with_faces_is_a_mesh() {
                         .all(|n| (*n - Vec3::new(0.0, 0.6, 0.8)).length() < 1e-6)
                 );
                 for (color, at) in triangle.colors.iter().zip(triangle.positions) {
-                    // Bytes as screens show them: 51 is 0.0331, 102 is 0.133.
+                    // sRGB bytes: 51 is 0.0331, 102 is 0.133.
                     let blue = [0.0, 0.0331, 0.1329][at.x as usize];
                     assert_eq!(*color, VertexColor::new(Vec3::new(1.0, 0.0, blue).extend(1.0)));
                 }
@@ -98,7 +98,7 @@ fn a_ply_with_faces_is_a_mesh() {
             assert_eq!(said, !more.is_empty(), "{:?}", scene.notes);
         }
     }
-    // As a table, with a placement; and still as particles where a table says so.
+    // As a table, with a placement; and still as particles if a table says so.
     let folder = Folder::new();
     folder.write("m.ply", ply("ascii", ""));
     let text = "[[mesh]]\nfile = \"m.ply\"\ntranslation = [0, 0, 3]\nscale = [2, 2, 2]\n";
@@ -122,7 +122,7 @@ fn a_ply_mesh_that_lies_is_refused() {
         let found = refusal(alone("m.ply", text.replace(from, to)));
         assert!(found.contains(words), "{words}: {found}");
     }
-    // Corners that are not there, and those that are one.
+    // Missing corners, and equal ones.
     let scene =
         alone("m.ply", text.replace("3 1 4 2", "3 1 99 2").replace("4 0 1", "4 1 1")).unwrap();
     assert_eq!(scene.skipped.values().sum::<u64>(), 2, "{:?}", scene.skipped);
@@ -130,7 +130,8 @@ fn a_ply_mesh_that_lies_is_refused() {
     assert_eq!(scene.triangles.len(), 2);
 }
 
-const OBJ: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+const OBJ: &str = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nvt 0 0\nvt 1 0\nvt 1 1\n\
+    vt 0 1\n\
     vn 0 0 2\nusemtl red\nf 1/1/1 2/2/1 3/3/1 4/4/1\no second\nusemtl glass\nf -4 -1 -3\n";
 
 const MTL: &str = "newmtl red\nKd 0.5 0.25 0\nmap_Kd -s 1 1 1 sub\\tiles.png\nNs 98\nillum 2\n\
@@ -175,7 +176,7 @@ fn an_obj_has_its_materials() {
     );
     assert!(scene.triangles.iter().all(|triangle| triangle.normals == [Vec3::Z; 3]));
     assert_ne!(scene.triangles[0].id, scene.triangles[2].id);
-    // What a copy needs, and another transfer.
+    // Files for a copy, and another transfer.
     let named = scene::files(&folder.0.join("m.obj")).unwrap();
     assert_eq!(named.len(), 3, "{named:?}");
     let table = folder.write("s.toml", "[[mesh]]\nfile = \"m.obj\"\ntransfer = \"filter\"\n");
@@ -194,10 +195,10 @@ fn an_obj_without_all_its_files_is_read() {
     // Nothing outside of the folder is read.
     let scene = obj(&folder, &OBJ.replace("m.mtl", "../m.mtl"), MTL).unwrap();
     assert!(scene.notes.iter().any(|note| note.contains("`../m.mtl`")), "{:?}", scene.notes);
-    // A line that is not understood costs only itself.
+    // A line that cannot be parsed is skipped alone.
     let scene = obj(&folder, OBJ, &MTL.replace("Ns 98", "Ns many")).unwrap();
     assert_eq!(scene.materials[0].tint.to_array(), [0.5, 0.25, 0.0, 1.0]);
-    // The image of holes cuts.
+    // The alpha image cuts holes.
     let scene = obj(&folder, OBJ, &MTL.replace("illum 2", "map_d holes.png")).unwrap();
     let red = &scene.materials[scene.triangles[0].material as usize];
     assert_eq!(red.transfer, Transfer::Cutout);
@@ -230,7 +231,7 @@ fn damaged_meshes_do_not_panic() {
     }
 }
 
-/// A triangle of three materials, by variants; a second node that is hidden, and its child with a lamp.
+/// A triangle with three materials, by variants; a second, hidden node, and its child with a lamp.
 const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
 "extensionsUsed":["KHR_materials_variants","KHR_node_visibility","KHR_lights_punctual"],
 "extensionsRequired":["KHR_materials_variants"],

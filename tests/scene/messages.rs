@@ -92,7 +92,8 @@ fn every_refusal_is_plain_and_has_a_remedy() {
             "count",
         ),
         (
-            "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"smoke\", count = -4 }",
+            "[[material]]\nname = \"m\"\n[[particles]]\nmaterial = \"m\"\n\
+             generate = { kind = \"smoke\", count = -4 }",
             "whole number",
         ),
         ("[[shape]]\nkind = \"sphere\"\nmaterial = \"m\"\ndisplace = [0.5]", "table"),
@@ -149,7 +150,7 @@ fn values_that_would_break_numbers_are_refused() {
     }
 }
 
-/// Each key that names a file, in a scene that names `FILE` there.
+/// Every key that names a file, in a scene that names `FILE` there.
 const NAMING: [(&str, &str, &str); 8] = [
     ("environment", "file", "[environment]\nfile = \"FILE.hdr\"\n"),
     ("material", "texture", "[[material]]\nname = \"m\"\ntexture = \"FILE.png\"\n"),
@@ -179,7 +180,7 @@ fn named(toml: &str) -> (usize, &str) {
     (toml.lines().count(), line.split('"').nth(1).unwrap())
 }
 
-/// A file that another names has the key, its line, the name, the problem and a remedy.
+/// The error of a named file has the key, its line, the name, the problem and a remedy.
 fn assert_named(path: &Path, toml: &str, key: &str, problem: &str) {
     let (last, name) = named(toml);
     let error = scene::load(path).unwrap_err();
@@ -202,7 +203,7 @@ fn a_file_that_a_scene_names_is_refused_with_the_line_of_the_scene() {
         let extension = &name["FILE".len()..];
         let path = folder.write("scene.toml", toml);
         assert_named(&path, toml, key, "os error 2");
-        // Bytes of no format.
+        // Bytes of no known format.
         folder.write(name, "\0\u{1}x");
         assert_named(&path, toml, key, "");
         let toml = toml.replace("FILE", "folder");

@@ -1,4 +1,4 @@
-//! `NanoVDB` files: each voxel is what the file has, whatever its type and its packing.
+//! `NanoVDB` files: each voxel has the file's value, for all types and compressions.
 use super::arrays::density;
 use crate::common::{
     files::Folder,
@@ -25,7 +25,7 @@ fn refusal(bytes: &[u8], keys: &str) -> String {
     }
 }
 
-/// Whole values of 0 to 14 in leaves on both sides of 0, and tiles of 8 and 128 voxels.
+/// Leaves with whole values of 0 to 14 on both sides of 0, and tiles of 8 and 128 voxels.
 fn lumpy(background: f32) -> VdbGrid {
     let mut grid = VdbGrid { background, ..VdbGrid::default() };
     let mut chance = Chance::new(8);
@@ -52,7 +52,7 @@ fn assert_voxels(scene: &Scene, truth: &VdbGrid, what: &str) {
         seen += i32::from(wanted > 0.0);
     }
     assert!(seen > 500, "{what}: {seen}");
-    // What `grid` writes as its matrix.
+    // The matrix that `grid` writes.
     let found = scene.grids[0].world_from_index.transform_point3(Vec3::new(1.0, 2.0, 3.0));
     assert_eq!(found, Vec3::new(19.0, 10.0, 15.0), "{what}");
 }
@@ -96,7 +96,7 @@ fn grids_are_named_and_what_is_not_read_is_listed() {
     assert!(load(&file, "density = { grid = \"other\" }").unwrap().grids[0].bricks.is_empty());
     let message = refusal(&file, "density = { grid = \"others\" }");
     assert!(message.contains("did you mean `other`"), "{message}");
-    // Segments, and grids alone, behind each other.
+    // Segments, and single grids, one after another.
     let two =
         [segment(Codec::Plain, &[("a", FLOAT, grid(FLOAT, 0, &other))]), own.clone()].concat();
     assert_voxels(&load(&two, "").unwrap(), &truth, "behind a segment");
@@ -112,13 +112,13 @@ fn grids_are_named_and_what_is_not_read_is_listed() {
     assert!(message.contains("outside of the file"), "{message}");
 }
 
-/// A root whose parts are all one node, whose children are all one leaf, would have no end.
+/// A root whose entries all point to one node, whose children all point to one leaf, would never end.
 #[test]
 fn nodes_that_are_shared_are_refused() {
     let mut truth = VdbGrid::default();
     truth.set(IVec3::ZERO, 1.0);
     let mut bytes = grid(FLOAT, 2, &truth);
-    // All children of the lower node are the leaf, and all of the upper one the lower node.
+    // All children of the lower node are the leaf, and all of the upper node the lower node.
     let (upper, lower) = (672 + 64 + 64 + 32, 672 + 64 + 64 + 32 + 270_400);
     for (node, count, table) in [(upper, 32_768, 8256), (lower, 4096, 1088)] {
         let first = bytes[node + table..node + table + 8].to_vec();

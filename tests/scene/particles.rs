@@ -36,7 +36,7 @@ fn error(name: &str, bytes: impl AsRef<[u8]>) -> String {
     error
 }
 
-/// A vertex with every kind of number, a foreign element with a list before it and a list in it.
+/// A vertex with every type of number, a foreign element with a list before it and a list in it.
 const HEADER: &str = "comment made by hand
 element face 2
 property list uchar int vertex_index

@@ -64,7 +64,8 @@ fn splats_are_refused_with_the_reason() {
     let text = refusal(with("property float f_dc_0\n", "1 2 3 1\n"));
     assert!(text.contains("Gaussian"), "{text}");
     let packed = "ply\nformat binary_little_endian 1.0\nelement chunk 0\nproperty float min_x\n\
-                  element vertex 0\nproperty uint packed_position\nproperty uint packed_rotation\nend_header\n";
+                  element vertex 0\nproperty uint packed_position\nproperty uint packed_rotation\n\
+                  end_header\n";
     assert!(refusal(packed).contains("Gaussian"));
 }
 
@@ -107,14 +108,15 @@ fn rows_have_what_the_header_says_and_no_more() {
     assert!(text.contains("-1") && text.contains("line 9"), "{text}");
     assert!(refusal(with("property list int int tags\n", "1 2 3 1.5 7\n")).contains("1.5"));
     let mut binary = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex 1\n{XYZ}property list int uchar tags\nend_header\n"
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1\n{XYZ}property list int uchar tags\n\
+         end_header\n"
     )
     .into_bytes();
     binary.extend([1f32, 2., 3.].map(f32::to_le_bytes).concat());
     let mut negative = binary.clone();
     negative.extend((-1i32).to_le_bytes());
     assert!(refusal(&negative).contains("-1"));
-    // A list that ends with the file, and one more byte than there should be.
+    // A list at the end of the file, and one more byte than expected.
     binary.extend(2i32.to_le_bytes());
     binary.extend([5, 6]);
     assert!(load(&binary).unwrap().notes.iter().all(|note| !note.contains("byte")));
@@ -143,11 +145,11 @@ fn lines_may_end_as_on_any_system() {
     assert_eq!(load(&binary).unwrap().particles[0].center.x, x);
 }
 
-/// Rows of one size are read on all cores: every row, in order, whatever their number.
+/// Rows of one size are read on all cores: all rows, in order, whatever their number.
 #[test]
 fn threads_do_not_change_what_is_read() {
     const COUNT: usize = 40_000;
-    // Every thousandth has no radius, and its number all the same.
+    // Every thousandth row has no radius, but still has its number.
     let row = |i: usize| [i as f32, 0.5 * i as f32, -1.0, if i % 1000 == 7 { 0.0 } else { 0.1 }];
     let columns = format!("{XYZ}property float radius\n");
     let header = |kind: &str| {

@@ -1,7 +1,7 @@
-//! Clouds of points: what is stored is read, and what is cut off or lies is refused.
+//! Point clouds: stored values are read, and truncated or wrong files are refused.
 use crate::common::{
     files::Folder,
-    points::{DOTS, Dot, e57, las, laz, pcd},
+    points::{DOTS, Dot, copc, e57, las, laz, pcd},
 };
 use gobo::{
     glam::{DVec3, Vec3},
@@ -10,7 +10,7 @@ use gobo::{
 use gobo_scene as scene;
 use gobo_scene::{Scene, SceneError, generate::Chance};
 
-/// As a file alone; the name says nothing.
+/// Loads a single file with a meaningless name.
 fn load(bytes: impl AsRef<[u8]>) -> Result<Scene, SceneError> {
     let folder = Folder::new();
     scene::load(&folder.write("some.file", bytes))
@@ -23,7 +23,7 @@ fn refusal(bytes: impl AsRef<[u8]>) -> String {
     }
 }
 
-/// Of a byte, as screens show it.
+/// Linear value of an sRGB byte.
 fn linear(byte: u8) -> f32 {
     let c = f32::from(byte) / 255.0;
     if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
@@ -62,7 +62,64 @@ fn every_format_gives_what_it_stores() {
     assert_near(&scene.particles, &DOTS, DVec3::Z * 10.0, "E57");
 }
 
-/// Bytes of a colour may be stored as the float that they make, as old PCL does.
+/// A scene of a cloud with a budget of points.
+fn load_within(bytes: &[u8], budget: u64) -> Result<Scene, SceneError> {
+    let folder = Folder::new();
+    folder.write("cloud.laz", bytes);
+    let text = format!(
+        "[[material]]\nname = 'm'\n[[particles]]\nfile = 'cloud.laz'\nmaterial = 'm'\npoint_budget = {budget}\n"
+    );
+    scene::load(&folder.write("scene.toml", text))
+}
+
+#[test]
+fn an_octree_is_read_down_to_the_budget() {
+    // One, two and one points.
+    let levels = [&DOTS[..1], &DOTS[1..3], &DOTS[3..]];
+    let file = copc(&levels);
+    // All of it is LAZ like any other, and so is one with room for all.
+    assert_near(&load(&file).unwrap().particles, &DOTS, DVec3::ZERO, "LAZ");
+    for (budget, read) in [(1, 1), (2, 1), (3, 3), (4, 4), (1000, 4)] {
+        let scene = load_within(&file, budget).unwrap();
+        assert_near(&scene.particles, &DOTS[..read], DVec3::ZERO, &format!("{budget} points"));
+        let deepest = [0, 0, 1][read.min(3) - 1];
+        let note = format!("levels 0 to {deepest} of 2 of its octree are read: {read} of 4 points");
+        assert_eq!(scene.notes.iter().any(|it| it.contains(&note)), read < 4, "{:?}", scene.notes);
+    }
+    let refused = |bytes: &[u8], budget: u64| {
+        let error = load_within(bytes, budget).expect_err("read without an error");
+        format!("{error}; {}", error.help().expect("a remedy"))
+    };
+    assert!(refused(&file, 0).contains("level 0 of its octree has more than 0 points"));
+    assert!(refused(&laz(7, &DOTS, [0.0; 3]), 3).contains("4 points without levels of detail"));
+    // Pages that name each other, and nodes behind the end.
+    let entries = file.len() - 32 * 4;
+    let change = |at: usize, bytes: &[u8]| {
+        let mut changed = file.clone();
+        changed[entries + at..entries + at + bytes.len()].copy_from_slice(bytes);
+        refused(&changed, 3)
+    };
+    assert!(change(32 + 16, &(entries as u64).to_le_bytes()).contains("is named twice"));
+    assert!(change(16, &u64::MAX.to_le_bytes()).contains("ends in its octree"));
+    assert!(change(24, &(-5_i32).to_le_bytes()).contains("ends in its octree"));
+    assert!(change(0, &(-1_i32).to_le_bytes()).contains("has level -1"));
+    // A node that promises more points than its bytes hold.
+    assert!(change(28, &2_i32.to_le_bytes()).contains("cannot be read"));
+    for length in 0..file.len() {
+        let _ = load_within(&file[..length], 3);
+    }
+}
+
+#[test]
+fn budgets_are_of_clouds() {
+    let folder = Folder::new();
+    let text = "[[material]]\nname = 'm'\n[[particles]]\ngenerate = { kind = 'smoke', count = 3 }\n\
+        material = 'm'\npoint_budget = 3\n";
+    let error = scene::load(&folder.write("scene.toml", text)).unwrap_err().to_string();
+    assert!(error.contains("no cloud of points"), "{error}");
+}
+
+/// The bytes of a colour may be stored as a float, as in old PCL.
 #[test]
 fn colors_of_pcd_may_be_floats() {
     let bits = 0x00ff_0033_u32;
@@ -88,7 +145,7 @@ fn points_without_colors_are_grey_or_of_their_class() {
     let [ground, tree, house, plain] = [0, 1, 2, 3].map(|i| scene.particles[i].color.truncate());
     assert!(tree.y > tree.x && tree.y > tree.z && house.x > house.y, "{tree} {house}");
     assert!(ground != plain && plain == Vec3::splat(0.6));
-    // Low and high noise, and what is deleted.
+    // Low and high noise, and deleted points.
     let noise = [DOTS[0], Dot { class: 7, ..DOTS[1] }, Dot { class: 128, ..DOTS[2] }];
     let scene = load(las(2, &noise, [0.0; 3], 257)).unwrap();
     assert_eq!(
@@ -133,10 +190,11 @@ fn discs_close_the_surface() {
     let scene = load(pcd("binary", &grid)).unwrap();
     assert!(scene.particles.iter().all(|particle| (particle.radius - 0.5).abs() < 1e-5));
     assert!(scene.notes.iter().any(|note| note.contains("0.500 m")), "{:?}", scene.notes);
-    // A material's own radius counts.
+    // A material's own radius takes precedence.
     let folder = Folder::new();
     folder.write("a.pcd", pcd("binary", &grid));
-    let text = "[[material]]\nname = \"m\"\nradius = 0.125\n[[particles]]\nfile = \"a.pcd\"\nmaterial = \"m\"\n";
+    let text = "[[material]]\nname = \"m\"\nradius = 0.125\n[[particles]]\nfile = \"a.pcd\"\n\
+        material = \"m\"\n";
     let scene = scene::load(&folder.write("s.toml", text)).unwrap();
     assert!(scene.particles.iter().all(|particle| particle.radius == 0.125));
 }

@@ -1,15 +1,15 @@
-//! Images all around: `OpenEXR`, written from its description, byte by byte, beside Radiance.
+//! Environment images: `OpenEXR`, written after its description, byte by byte, and Radiance.
 use crate::common::files::Folder;
 use gobo::glam::Vec3;
 use gobo_scene as scene;
 use gobo_scene::{Scene, SceneError};
 
-/// Texels of 8 x 4, in eighths, which both formats hold.
+/// Texels of 8 x 4, in eighths, which both formats can express.
 fn texel(x: usize, y: usize) -> [f32; 3] {
     [1.0 + x as f32 / 8.0, 1.0 + y as f32 / 8.0, 1.5]
 }
 
-/// Version 2 with scan lines of floats without compression.
+/// Version 2 with scan lines of uncompressed floats.
 fn exr() -> Vec<u8> {
     let mut file = vec![0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
     let mut attribute = |name: &str, kind: &str, value: &[u8]| {
@@ -49,7 +49,7 @@ fn exr() -> Vec<u8> {
 fn hdr() -> Vec<u8> {
     let mut file = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n".to_vec();
     for y in 0..4 {
-        // Without runs, as the width is too short for them only below 8.
+        // Without runs, for which only widths below 8 are too short.
         file.extend([2, 2, 0, 8]);
         for channel in 0..3 {
             file.push(8);

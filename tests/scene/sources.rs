@@ -140,7 +140,8 @@ fn masks_are_read() {
     assert_eq!(read("[camera]\n").unwrap().mask, None);
     let usual = MaskSettings::default();
     assert_eq!(read("[mask]\n").unwrap().mask, Some(usual));
-    let text = "[mask]\nhalf = true\ntaps = 11\ndepth_scale = 4\nanisotropic = true\nsensitivity = 50\nlimit = 3\n";
+    let text = "[mask]\nhalf = true\ntaps = 11\ndepth_scale = 4\nanisotropic = true\nsensitivity = 50\n\
+        limit = 3\n";
     let own = MaskSettings {
         half: true,
         taps: 11,

@@ -1,4 +1,4 @@
-//! Files of splats: what is stored is read, and what is cut off or lies is refused.
+//! Splat files: stored values are read, and truncated or wrong files are refused.
 use crate::common::{
     files::Folder,
     splats::{SPLATS, Stored, bare, gltf, gltf_spz, ksplat, packed_ply, ply, sog, spz, spz_parts},
@@ -9,15 +9,18 @@ use gobo::{
     model::Gaussian,
 };
 use gobo_scene::{
-    SceneError, load_splats,
-    splats::{self, Cloud},
+    SceneError, load_harmonics, load_splats,
+    splats::{self, Harmonics, SplatCloud},
 };
 use std::io::Write as _;
 
-fn load(bytes: impl AsRef<[u8]>) -> Result<Cloud, SceneError> {
-    // The name says nothing.
+fn load(bytes: impl AsRef<[u8]>) -> Result<SplatCloud, SceneError> {
+    // The name is meaningless.
     let folder = Folder::new();
-    load_splats(&folder.write("some.file", bytes))
+    let path = folder.write("some.file", bytes);
+    // Read for `relight` alone: refused or not, never a panic.
+    let _ = load_harmonics(&path);
+    load_splats(&path)
 }
 
 fn refusal(bytes: impl AsRef<[u8]>) -> String {
@@ -31,16 +34,16 @@ fn refusal(bytes: impl AsRef<[u8]>) -> String {
     }
 }
 
-/// Largest errors that a format's rounding makes.
+/// Largest rounding errors of a format.
 #[derive(Clone, Copy)]
 struct Rounding {
-    /// Of a centre [m].
+    /// Error of a centre [m].
     center: f64,
-    /// Of a deviation, as a share.
+    /// Relative error of a deviation.
     sigma: f64,
-    /// Of a part of the rotation matrix.
+    /// Error of a part of the rotation matrix.
     rotation: f64,
-    /// Of opacities and colours.
+    /// Error of opacities and colours.
     share: f64,
 }
 
@@ -81,7 +84,7 @@ fn assert_near(read: &[Gaussian], stored: &[Stored], rounding: Rounding, what: &
 
 #[test]
 fn every_format_gives_what_it_stores() {
-    // A third of a step of nine bits and a sign, and the largest part that follows from the others.
+    // A third of a step of nine bits and a sign, and the largest part, which follows from the others.
     let three = Rounding { center: 0.5 / 4096.0, sigma: 0.033, rotation: 8e-3, share: BYTE };
     let byte_axes = Rounding { center: 0.5 / 4096.0, sigma: 0.033, rotation: 0.04, share: BYTE };
     for format in ["ascii", "binary_little_endian"] {
@@ -102,7 +105,7 @@ fn every_format_gives_what_it_stores() {
     // Positions are logarithms in 16 bits.
     let sog_rounding = Rounding { center: 3e-4, sigma: 1e-6, rotation: 0.02, share: BYTE };
     assert_near(&load(sog(&SPLATS)).unwrap().splats, &SPLATS, sog_rounding, "sog");
-    // A step of 8 m / 32767, and halves.
+    // A step of 8 m / 32767, and half floats.
     let halves = Rounding { center: 1.3e-4, sigma: 5e-4, rotation: 2e-3, share: BYTE };
     for (level, rounding) in [(0, Rounding { share: BYTE, ..EXACT }), (1, halves), (2, halves)] {
         let cloud = load(ksplat(level, &SPLATS)).unwrap();
@@ -119,7 +122,7 @@ fn every_format_gives_what_it_stores() {
     }
     for logarithms in [false, true] {
         let cloud = load(gltf(&SPLATS, logarithms)).unwrap();
-        // Axes may be in another order: what counts is the covariance.
+        // Axes may be in another order: the covariance counts.
         for (read, stored) in cloud.splats.iter().zip(&moved) {
             let covariance = |axes: DMat3, sigma: DVec3| {
                 axes * DMat3::from_diagonal(sigma * sigma) * axes.transpose()
@@ -189,7 +192,7 @@ fn what_is_no_splat_is_left_out_and_counted() {
     assert_eq!(cloud.skipped.values().sum::<u64>(), 3);
     assert_eq!(cloud.skipped.get("gaussian too far"), Some(&1), "{:?}", cloud.skipped);
     assert_eq!(cloud.rows, [1, 4, 5], "rows of the file that are left");
-    // A clamped colour is said; a flat splat is a very thin one.
+    // A clamped colour is reported; a flat splat becomes a very thin one.
     assert_eq!(cloud.splats[1].color.to_array(), [1.0, 0.5, 0.0]);
     assert!(
         cloud.notes.iter().any(|note| note.contains("1 splats are clamped")),
@@ -230,7 +233,7 @@ fn files_that_are_cut_off_are_refused() {
     }
     for level in 0..3 {
         let file = ksplat(level, &SPLATS);
-        // Lengths behind the header are of interest; those before are all alike.
+        // Lengths after the header are interesting; those before are all alike.
         for length in (0..4096).step_by(997).chain(4096 + 1024..file.len()) {
             assert!(load(&file[..length]).is_err(), "ksplat {level}, {length} bytes");
         }
@@ -296,16 +299,16 @@ fn files_that_lie_are_refused() {
             assert!(astray.contains("splat 3 is in no bucket"), "{astray}");
         }
     }
-    // A count that the rows do not have.
+    // A count larger than that of the rows.
     let text = String::from_utf8(ply("ascii", &SPLATS, 0)).unwrap();
     assert!(refusal(text.replace("vertex 3", "vertex 3000000")).contains("3000000"));
     assert!(refusal(text.replace("float opacity", "float opacify")).contains("`opacity`"));
-    // Images that are smaller than the count.
+    // Images smaller than the count.
     let long = sog(&SPLATS);
     let at = long.windows(10).position(|window| window == b"\"count\": 3").unwrap();
     let mut long = long;
     long[at + 9] = b'9';
-    // The checksum of the changed member does not agree.
+    // The checksum of the changed file in the archive does not match.
     assert!(refusal(long).contains("meta.json"));
     let gltf = gltf(&SPLATS, false);
     assert!(refusal(gltf.replace(":OPACITY\": 3", ":OPACITY\": 0")).contains("wrong type"));
@@ -323,22 +326,23 @@ fn files_that_lie_are_refused() {
     assert!(refusal(packed).contains("X_packed"));
 }
 
-/// What is written is what is read again.
+/// Written files are read back unchanged.
 #[test]
 fn written_files_are_read_again() {
     let cloud = load(ply("ascii", &SPLATS, 0)).unwrap();
     let colors: Vec<_> = cloud.splats.iter().map(|splat| splat.color).collect();
-    let again = load(splats::to_ply(&cloud.splats, &colors)).unwrap();
+    let again = load(splats::to_ply(&cloud.splats, &colors, &Harmonics::default())).unwrap();
     assert_near(&again.splats, &SPLATS, EXACT, "PLY");
     let fine =
         Rounding { center: 0.5 / f64::from(1 << 20), sigma: 0.033, rotation: 8e-3, share: BYTE };
-    let again = load(splats::to_spz(&cloud.splats, &colors).unwrap()).unwrap();
+    let again =
+        load(splats::to_spz(&cloud.splats, &colors, &Harmonics::default()).unwrap()).unwrap();
     assert_near(&again.splats, &SPLATS, fine, "SPZ");
-    // Far centres cost bits of fraction; too far ones are an error.
+    // Far centres cost fractional bits; too far ones are an error.
     let far = |x: f32| {
         let mut splats = cloud.splats.clone();
         splats[0].center.x = x;
-        splats::to_spz(&splats, &colors)
+        splats::to_spz(&splats, &colors, &Harmonics::default())
     };
     let read = load(far(100_000.5).unwrap()).unwrap();
     assert!((read.splats[0].center.x - 100_000.5).abs() < 0.01, "{}", read.splats[0].center);

@@ -1,4 +1,4 @@
-//! Splats in folders: SOG as it is written without a zip, and streamed at several levels of detail.
+//! Splats in folders: unzipped SOG, and streamed SOG at several levels of detail.
 use crate::common::{
     files::Folder,
     splats::{SPLATS, Stored, sog_files},
@@ -26,7 +26,7 @@ fn at(splat: &Gaussian, stored: &Stored) -> bool {
     (0..3).all(|k| (f64::from(splat.center[k]) - stored.center[k]).abs() < 3e-4)
 }
 
-/// By the folder and by its `meta.json`, alone and named by a scene.
+/// By the folder and by its `meta.json`, as a single file and named by a scene.
 #[test]
 fn a_sog_in_a_folder_is_read() {
     let folder = Folder::new();
@@ -45,7 +45,7 @@ fn a_sog_in_a_folder_is_read() {
     fs::rename(own.join("other.txt"), own.join("meta.json")).unwrap();
     let table = folder.write("s.toml", "[[splats]]\nfile = \"capture\"\n");
     assert_eq!(scene::load(&table).unwrap().gaussians.len(), 3);
-    // What a copy of the scene needs.
+    // Files for a copy of the scene.
     let named = scene::files(&table).unwrap();
     assert_eq!(named.len(), 1 + 6, "{named:?}");
     assert!(named.contains(&own.join("q.webp")), "{named:?}");
@@ -70,7 +70,7 @@ fn a_sog_in_a_folder_that_is_not_whole_is_refused() {
         let text = refusal(load_splats(&own));
         assert!(text.contains(words), "{words}: {text}");
     }
-    // By its name, whatever is in it.
+    // By its name, whatever its contents.
     for bytes in ["", "{}", "[1]"] {
         fs::write(own.join("meta.json"), bytes).unwrap();
         let text = refusal(load_splats(&own.join("meta.json")));
@@ -80,7 +80,8 @@ fn a_sog_in_a_folder_that_is_not_whole_is_refused() {
     assert!(text.contains("is a folder"), "{text}");
 }
 
-/// Two regions: the first has splats 0 and 1 at level 0 and one splat at level 1, the second splat 2 at level 0 alone.
+/// Two regions: the first has splats 0 and 1 at level 0 and one splat at level 1, the second only splat 2 at
+/// level 0.
 const TREE: &str = r#"{"version": 1, "count": 4, "counts": [3, 1], "lodLevels": 2,
 "filenames": ["0_0/meta.json", "1_0/meta.json"], "environment": "env/meta.json",
 "tree": {"bound": {"min": [0, 0, 0], "max": [1, 1, 1]}, "children": [
@@ -119,7 +120,7 @@ fn the_level_that_is_asked_for_is_read() {
         assert_eq!(says(&scene, "1 of 2 regions have no such level"), lod == "lod = 1");
     }
     assert!(refusal(load("lod = 2")).contains("levels 0 to 1"));
-    // Alone, by the folder, too.
+    // As a single file, by the folder, too.
     for alone in [&path, &folder.0] {
         let set = [("splats.0.lod".to_owned(), "1".to_owned())];
         assert_eq!(scene::load_with(alone, &set).unwrap().gaussians.len(), 2);
@@ -133,7 +134,7 @@ fn the_level_that_is_asked_for_is_read() {
     );
 }
 
-/// Without a key, the finest level that has at most four million splats.
+/// Without a key, the finest level with at most four million splats.
 #[test]
 fn the_budget_takes_a_coarser_level() {
     let large = TREE.replace("\"count\": 2}", "\"count\": 4000001}");

@@ -1,4 +1,4 @@
-//! `[[splats]]`: placing, shadows, opacity, keys, and a file of splats as a scene of its own.
+//! `[[splats]]`: placing, shadows, opacity, keys, and a single file of splats as a scene.
 use crate::common::{
     files::{Folder, read},
     splats::{SPLATS, bare, gltf, ply, sog, spz},
@@ -64,8 +64,12 @@ fn cast_and_opacity_choose_the_material() {
     assert!(!material("cast = 'none'").casts);
     let medium = material("opacity = 'medium'\ndensity = 2.5");
     assert_eq!(medium.gaussian, GaussianOpacity::Medium { density: 2.5 });
-    // A named material gives tint and transfer, and stays as it is for particles.
-    let scene = with_file("material = 'tea'\n[[material]]\nname = 'tea'\ntransfer = 'smoke'\ntint = [1, 0.5, 0, 0.5]\n").unwrap();
+    // A named material gives tint and transfer, and stays unchanged for particles.
+    let scene = with_file(
+        "material = 'tea'\n[[material]]\nname = 'tea'\ntransfer = 'smoke'\n\
+        tint = [1, 0.5, 0, 0.5]\n",
+    )
+    .unwrap();
     assert_eq!((scene.materials.len(), scene.materials[0].shape), (2, Shape::Disc));
     assert_eq!(scene.materials[1].tint.to_array(), [1.0, 0.5, 0.0, 0.5]);
 }
@@ -124,7 +128,8 @@ fn generated_splats_are_the_same_each_time() {
 fn keys_move_splats() {
     let text = format!(
         "[[splats]]\nname = 'a'\n{CLOUD}[[animate]]\ntarget = 'splats.a.translation'\ntimes = [0, 1]\n\
-         values = [[0, 0, 0], [0, 4, 0]]\n[[animate]]\ntarget = 'splats.0.scale'\ntimes = [0, 1]\nvalues = [[1, 1, 1], [2, 2, 2]]\n"
+         values = [[0, 0, 0], [0, 4, 0]]\n[[animate]]\ntarget = 'splats.0.scale'\ntimes = [0, 1]\n\
+         values = [[1, 1, 1], [2, 2, 2]]\n"
     );
     let mut scene = read(&text).unwrap();
     let before = scene.gaussians.clone();
@@ -196,11 +201,12 @@ fn the_other_tables_name_the_right_one() {
     );
 }
 
-/// Alone, a medium that hardly shows is made denser, to an optical depth of 4 from top to bottom, which is said; in a
-/// table it is as dense as it is.
+/// As a single file, a medium that hardly shows is made denser, to an optical depth of 4 from top to bottom,
+/// with a note; in a table it keeps its density.
 #[test]
 fn a_thin_medium_alone_is_made_to_show() {
-    let columns = "x y z albedo_0 albedo_1 albedo_2 sigma_t_0 scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3";
+    let columns = "x y z albedo_0 albedo_1 albedo_2 sigma_t_0 scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 \
+        rot_3";
     let properties: String =
         columns.split(' ').map(|name| format!("property float {name}\n")).collect();
     let log = 0.1f64.ln();
@@ -221,7 +227,7 @@ fn a_thin_medium_alone_is_made_to_show() {
         let alone = scene::load(&folder.write("a.ply", file(integral))).unwrap();
         let table = scene::load(&folder.write("t.toml", "[[splats]]\nfile = 'a.ply'\n")).unwrap();
         assert!((density(&table) / own - 1.0).abs() < 1e-5);
-        // A Gaussian's shadow along y: its integral over 4 pi times the product of its deviations, on its mean.
+        // Mean of a Gaussian's shadow along y: its integral over 4 pi times the product of its deviations.
         let thickness = density(&alone) * volume / (2.0 * std::f64::consts::TAU * 0.01);
         let wanted = if is_denser {
             4.0

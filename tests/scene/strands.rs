@@ -1,4 +1,4 @@
-//! Strands of a scene file: from PLY and CSV, generated, and what is refused.
+//! Strands of a scene file: from PLY and CSV, and generated; and refused files.
 use crate::common::files::{Folder, read};
 use gobo::{glam::Vec3, model::Shape};
 use gobo_scene as scene;
@@ -24,7 +24,8 @@ fn refused(toml: &str) -> String {
 
 #[test]
 fn rows_of_one_id_are_a_strand() {
-    let csv = "x,y,z,radius,alpha,id\n0,0,0,0.1,1,7\n1,0,0,0.05,1,7\n2,0,0,0,0.5,7\n0,1,0,0.1,1,8\n0,2,0,0.1,1,8\n";
+    let csv = "x,y,z,radius,alpha,id\n0,0,0,0.1,1,7\n1,0,0,0.05,1,7\n2,0,0,0,0.5,7\n0,1,0,0.1,1,8\n\
+        0,2,0,0.1,1,8\n";
     let scene = of_file("hair.csv", csv, "translation = [0, 0, 5]\nscale = [2, 2, 2]\n");
     let [long, short] = &scene.strands[..] else { panic!("two strands") };
     assert_eq!((long.vertices.len(), long.id, short.vertices.len(), short.id), (3, 7, 2, 8));
@@ -38,7 +39,8 @@ fn rows_of_one_id_are_a_strand() {
 
 #[test]
 fn a_file_without_ids_is_one_trail_and_bad_rows_are_counted() {
-    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nend_header\n\
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+               property float z\nend_header\n\
                0 0 0\n0 nan 0\n1 0 0\n2 1 0\n";
     let scene = of_file("trail.ply", ply, "radius = 0.25\n");
     assert_eq!(scene.strands.len(), 1);
@@ -52,8 +54,10 @@ fn a_file_without_ids_is_one_trail_and_bad_rows_are_counted() {
 #[test]
 fn fur_grows_from_a_shape() {
     let toml = format!(
-        "{HAIR}[[shape]]\nkind = \"sphere\"\nname = \"ball\"\nmaterial = \"hair\"\n[[strands]]\nmaterial = \"hair\"\n\
-         generate = {{ kind = \"fur\", on = \"ball\", count = 200, segments = 4, length = 0.2, root = [1, 0, 0, 1] }}\n"
+        "{HAIR}[[shape]]\nkind = \"sphere\"\nname = \"ball\"\nmaterial = \"hair\"\n[[strands]]\n\
+         material = \"hair\"\n\
+         generate = {{ kind = \"fur\", on = \"ball\", count = 200, segments = 4, length = 0.2, root = \
+         [1, 0, 0, 1] }}\n"
     );
     let scene = read(&toml).unwrap();
     assert_eq!(scene.strands.len(), 200);

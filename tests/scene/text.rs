@@ -1,4 +1,4 @@
-//! Scenes of text, as hosts make them, and a camera for them.
+//! Scenes from text, as hosts make them, and a camera for them.
 use crate::common::files::Folder;
 use gobo::{
     Particle,
@@ -31,7 +31,7 @@ fn text_is_a_scene_file() {
     let rows = folder.write("smoke.csv", "x,y,z,radius\n0,1,0,0.5\n1,nan,0,0.5\n");
     let file = folder.write("scene.toml", TEXT);
     let of_file = scene::load(&file).unwrap();
-    // What names the files need not be there.
+    // The file whose name locates the others need not exist.
     let path = rows.with_file_name("nowhere.toml");
     let of_text = scene::load_text(TEXT, &path, &LoadOptions::default()).unwrap();
     assert_eq!(format!("{of_text:?}"), format!("{of_file:?}"));

@@ -1,4 +1,4 @@
-//! Trails of emitters: where the particles were, at any time and whatever came before.
+//! Trails of emitters: former positions of the particles, at any time and after any history.
 use super::emitters::{HEAD, at, emitting};
 use crate::common::files::read;
 use gobo::{
@@ -8,8 +8,10 @@ use gobo::{
 use gobo_scene::Scene;
 use std::collections::HashMap;
 
-const WILD: &str = "rate = 40\nlifetime = [0.5, 2]\nextent = [1, 0.5, 1]\nspread = 1\nbuoyancy = 3\ndrag = 2\n\
-    turbulence = 2\nground = -0.2\nradius = [0.02, 0.2]\ncolor = [[1, 0.5, 0.2], 0.5]\nalpha = [1, 0.3]\nseed = 5\n";
+const WILD: &str = "rate = 40\nlifetime = [0.5, 2]\nextent = [1, 0.5, 1]\nspread = 1\nbuoyancy = 3\n\
+    drag = 2\n\
+    turbulence = 2\nground = -0.2\nradius = [0.02, 0.2]\ncolor = [[1, 0.5, 0.2], 0.5]\n\
+    alpha = [1, 0.3]\nseed = 5\n";
 
 fn trailing(trail: &str) -> Scene {
     emitting(&format!("{WILD}trail = {trail}"))
@@ -20,7 +22,7 @@ fn trails(scene: &mut Scene, seconds: f64) -> Vec<Strand> {
     scene.strands.clone()
 }
 
-/// Evenly flying particles drag straight cones, which begin where they started if that is not long ago.
+/// Particles in even flight have straight conical trails, which begin at their start if that was recent.
 #[test]
 fn trails_of_even_flight_are_straight() {
     let keys =
@@ -32,7 +34,7 @@ fn trails_of_even_flight_are_straight() {
     for (particle, strand) in particles.iter().zip(&scene.strands) {
         assert_eq!(particle.id, strand.id);
         let age = f64::from(particle.center.y);
-        // A particle is there from the end of its first step on.
+        // A particle exists from the end of its first step on.
         let count = |age: f64| if age < 0.5 { (age / 0.125) as usize + 2 } else { 5 };
         let count = count(age - 1.0 / 60.0)..=count(age);
         assert!(count.contains(&strand.vertices.len()), "{age} s: {strand:?}");
@@ -52,7 +54,7 @@ fn trails_of_even_flight_are_straight() {
     assert_eq!(material(particles[0].material).shape, Shape::Disc);
 }
 
-/// Whirls, a ground and looks over a life: a vertex is what the particle was at that time.
+/// Whirls, a ground and looks over a life: a vertex equals the particle at that time.
 #[test]
 fn trails_go_through_where_particles_were() {
     let now = 2.7;
@@ -62,7 +64,7 @@ fn trails_go_through_where_particles_were() {
         let then = at(&mut emitting(WILD), now - 0.25 * f64::from(i) / 4.0);
         let then: HashMap<u32, _> = then.iter().map(|p| (p.id, p)).collect();
         for strand in &dragged {
-            // Younger ones end where they started.
+            // Younger particles' trails end at their start.
             let Some(particle) = then.get(&strand.id) else { continue };
             let vertex = strand.vertices[usize::from(i)];
             assert!(vertex.position.distance(particle.center) < 1e-6, "{vertex:?} {particle:?}");
@@ -86,8 +88,9 @@ fn a_moment_of_trails_is_the_same_whatever_came_before() {
         assert!(&trails(&mut trailing(trail), seconds) == expected, "{seconds} s alone");
         assert!(&trails(&mut in_turn, seconds) == expected, "{seconds} s, back from later");
     }
-    // Strands of the file's own stay, and particles are those of an emitter without trails.
-    let own = "[[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'smoke'\n[[strands]]\nmaterial = 'smoke'\n\
+    // The file's own strands stay, and particles equal those of an emitter without trails.
+    let own = "[[shape]]\nname = 'ball'\nkind = 'sphere'\nmaterial = 'smoke'\n[[strands]]\n\
+        material = 'smoke'\n\
         generate = { kind = 'fur', on = 'ball', count = 5 }\n";
     let mut beside = emitting(&format!("{WILD}trail = {trail}\n{own}"));
     let both = trails(&mut beside, 2.0);
@@ -102,7 +105,8 @@ fn a_moment_of_trails_is_the_same_whatever_came_before() {
 fn far_trails_are_the_same() {
     let of = |x: f32| {
         let mut scene = emitting(&format!(
-            "start = -1\nrate = 20\nlifetime = 2\nspread = 1\nposition = [{x}, 1, 0]\ntrail = {{ seconds = 0.5 }}"
+            "start = -1\nrate = 20\nlifetime = 2\nspread = 1\nposition = [{x}, 1, 0]\n\
+             trail = {{ seconds = 0.5 }}"
         ));
         scene.set_time(0.5);
         let from_emitter = scene.origin - Vec3::X * x;

@@ -1,4 +1,5 @@
-//! `OpenVDB` files: the field of a grid's bricks is that of the file, however it is written; damaged files are refused.
+//! `OpenVDB` files: the field of a grid's bricks equals the file's, for all encodings; damaged files are
+//! refused.
 use crate::common::{
     files::Folder,
     scenes::Chance,
@@ -23,7 +24,7 @@ fn load(format: Format, grid: &VdbGrid) -> Scene {
     load_as(&file(format, std::slice::from_ref(grid)), "").unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// What is wrong with a file, and the remedy.
+/// The problem of a file, and the remedy.
 fn refusal(bytes: &[u8], keys: &str) -> String {
     match load_as(bytes, keys) {
         Err(SceneError::Document { path, line, message, help, .. }) => {
@@ -47,7 +48,7 @@ fn trilinear(place: DVec3, value: impl Fn(IVec3) -> f64) -> f64 {
     (0..8).map(corner).sum()
 }
 
-/// Density of a grid at a place in index space, with its factor.
+/// Density of a grid at a position in index space, times its factor.
 fn density(grid: &Grid, place: DVec3) -> f64 {
     let cell = place.floor().as_ivec3();
     let has = |origin: IVec3, size: UVec3| {
@@ -65,7 +66,7 @@ fn density(grid: &Grid, place: DVec3) -> f64 {
     of_brick * f64::from(grid.factor)
 }
 
-/// Compares the densities of a scene's grid with those of the file at random places between two corners.
+/// Compares the densities of a scene's grid with the file's at random positions between two corners.
 fn assert_same(scene: &Scene, truth: &VdbGrid, (min, max): (DVec3, DVec3), what: &str) {
     let mut chance = Chance::new(3);
     let mut unit = || f64::from(chance.unit());
@@ -74,7 +75,7 @@ fn assert_same(scene: &Scene, truth: &VdbGrid, (min, max): (DVec3, DVec3), what:
         let place = min + (max - min) * DVec3::new(unit(), unit(), unit());
         let wanted = trilinear(place, |voxel| truth.at(voxel));
         let found = density(&scene.grids[0], place);
-        // Rounding of 64 bits: all values are halves.
+        // Rounding of 64 bits: all values are half floats.
         assert!(
             (found - wanted).abs() <= 1e-12 * wanted,
             "{what}: {found}, not {wanted} at {place}"
@@ -170,7 +171,7 @@ fn tiles_are_joined_boxes() {
     assert_eq!(sizes, [UVec3::new(248, 120, 120)]);
     // Around a box of 32 x 16 x 16 bricks those below its first and at its last layers.
     assert_eq!(bricks.len() - 1, 33 * 17 * 17 - 31 * 15 * 15);
-    // A node of 4096 voxels would have more of them than a scene may have.
+    // A node of 4096 voxels would have more bricks than a scene may have.
     grid.tiles.insert(([4096, 0, 0], 4096), (0.5, true));
     let message = refusal(&file(Format::default(), &[grid]), "");
     assert!(message.contains("more than 524288 bricks") && message.contains("larger voxels"));
@@ -188,7 +189,7 @@ fn densities_that_halves_cannot_hold_are_scaled() {
         for x in 0..4 {
             let voxel = IVec3::new(x, 1, 1);
             let (found, wanted) = (density(&scene.grids[0], voxel.as_dvec3()), grid.at(voxel));
-            // Halves round by 2^-11, and 2^-25 of the largest is nothing.
+            // Half floats round by 2^-11, and 2^-25 of the largest becomes 0.
             let error = wanted / 2048.0 + f64::from(scale) * 2f64.powi(-24);
             assert!((found - wanted).abs() <= error, "{found}, not {wanted}");
         }
@@ -280,7 +281,7 @@ fn files_that_lie_are_refused() {
         let message = refusal(&lie, "");
         assert!(message.contains(says) && message.contains("; "), "{message} without {says}");
     }
-    // Lengths of packed values: one number of 4 bytes, which zlib made longer.
+    // Lengths of compressed values: one number of 4 bytes, which zlib made longer.
     let zip = file(Format { packing: Packing::Zip, ..Format::default() }, &[grid.clone()]);
     let at = zip.len() - 12;
     assert_eq!(zip[at..at + 8], (-4i64).to_le_bytes());
@@ -322,7 +323,7 @@ fn grids_are_chosen_and_named() {
         assert!(notes.contains(word), "{notes}");
     }
     assert_eq!(value(&bytes, "density = { grid = \"heat\", factor = 2 }\n").0, 14.0);
-    // Without the usual name the first is taken, and said.
+    // Without the usual name the first grid is taken, with a note.
     let other = VdbGrid { name: "soot", ..smoke.clone() };
     let (density, notes) = value(&file(Format::default(), &[heat.clone(), other]), "");
     assert!(density == 7.0 && notes[0].contains("`heat` is taken"), "{notes:?}");
@@ -333,7 +334,7 @@ fn grids_are_chosen_and_named() {
     let level = VdbGrid { class: "level set", ..heat.clone() };
     let message = refusal(&file(Format::default(), &[level]), "");
     assert!(message.contains("level set") && message.contains("fog volume"), "{message}");
-    // Without offsets nothing behind a grid that is not read can be found.
+    // Without offsets nothing after an unreadable grid can be found.
     let format = Format { has_offsets: false, ..Format::default() };
     let (density, notes) = value(&file(format, &[heat, points, smoke]), "");
     assert_eq!(density, 7.0);
@@ -354,7 +355,8 @@ fn values_that_are_no_densities_are_counted() {
     assert!(scene.grids[0].bounds().min.cmplt(Vec3::ONE).all());
 }
 
-/// Bytes changed, cut out, duplicated: each file gives an answer soon, and a grid that is read is valid.
+/// Bytes changed, cut out, duplicated: each file gives a result or an error soon, and a grid that is read is
+/// valid.
 #[test]
 fn mutated_files_do_not_panic() {
     let grid = lumpy("Tree_float_5_4_3", 0.5);
@@ -367,7 +369,7 @@ fn mutated_files_do_not_panic() {
     for i in 0..480 {
         let mut bytes = seeds[i % 3].clone();
         for _ in 0..=below(3) {
-            // Heads are short, and decide what all else means.
+            // Heads are short, and decide the meaning of everything else.
             let span = if below(2) == 0 { 400 } else { bytes.len() };
             let at = below(span);
             let end = (at + 1 + below(9)).min(bytes.len());

@@ -61,7 +61,7 @@ fn colors(kind: &'static str) -> VdbGrid {
     grid
 }
 
-/// Value of a voxel as the file has it.
+/// Value of a voxel in the file.
 fn raw(grid: &VdbGrid, voxel: IVec3) -> f32 {
     let floor = |edge: i32| (voxel.div_euclid(IVec3::splat(edge)) * edge).to_array();
     let [x, y, z] = voxel.to_array().map(|v| v.rem_euclid(8) as usize);
@@ -105,7 +105,7 @@ fn channels_are_products() {
                 for &voxel in &voxels {
                     let smoke = smoke.at(voxel) as f32;
                     let wanted = smoke * raw(&colors, voxel) * CHANNELS[channel];
-                    // All are multiples of 2^-9 that halves hold.
+                    // All are multiples of 2^-9 that half floats can express.
                     assert_eq!(density(grid, voxel), wanted, "{format:?}, {voxel}");
                     seen += i32::from(wanted > 0.0);
                 }
@@ -137,7 +137,7 @@ fn colours_are_named() {
     assert!(error.to_string().contains("a grid of what has no file"), "{error}");
 }
 
-/// A cube whose colours multiply: what a sun sends through it, per channel.
+/// A cube whose colours multiply: its transmittance for a sun, per channel.
 #[test]
 fn a_coloured_cube_is_beer_lambert() {
     let mut smoke = VdbGrid { transform: scaled(1.0), ..VdbGrid::default() };
@@ -156,7 +156,7 @@ fn a_coloured_cube_is_beer_lambert() {
     let light = "[[light]]\nkind = \"directional\"\ndirection = [0, -1, 0]\nsize = 32\n";
     let keys = format!("density = {{ factor = 0.25 }}\ncolor_grid = \"Cd\"\n{light}");
     let scene = load(&bytes, &keys).unwrap();
-    // Twelve voxels and half a cell on both ends, which is a quarter of a voxel each.
+    // Twelve voxels and half a cell at both ends, each worth a quarter of a voxel.
     let tau = 0.25 * 0.5 * 0.5 * 12.0;
     for tier in TIERS {
         let maps = map_frame(tier, &scene).maps;

@@ -1,4 +1,4 @@
-//! Volumes of a scene file: sequences, generated clouds, placement, limits, and a `.vdb` that is a scene by itself.
+//! Volumes of a scene file: sequences, generated clouds, placement, limits, and a single `.vdb` as a scene.
 use crate::common::{
     files::{Folder, read},
     vdb::{Format, VdbGrid, file, placed},
@@ -45,7 +45,7 @@ fn a_volume_has_the_material_and_the_place_of_its_table() {
     assert_eq!((material.shape, material.casts, material.visible), (Shape::Brick, false, true));
     assert_eq!(material.tint.truncate(), Vec3::new(0.9, 0.8, 0.7));
     assert_eq!((grid.extinction, grid.factor), (Vec3::new(1.0, 0.5, 0.0), 0.25));
-    // The cells below the first voxel and behind the last: bricks of 8 from -8 to 16.
+    // The cells below the first voxel and after the last: bricks of 8 from -8 to 16.
     let bounds = grid.bounds();
     assert_eq!(
         (bounds.min, bounds.max),
@@ -77,7 +77,7 @@ fn a_sequence_shows_a_file_a_frame() {
     let names = scene::files(&path).unwrap();
     let names: Vec<_> = names.iter().map(|name| name.file_name().unwrap()).collect();
     assert_eq!(names, ["scene.toml", "cube_007.vdb", "cube_008.vdb", "cube_009.vdb"]);
-    // A file that is damaged later is nothing in its frame, and counted there.
+    // A file that is damaged later is empty in its frame, and counted there.
     folder.write("cube_008.vdb", "PK");
     scene.set_time(1.0 / Scene::FRAME_RATE);
     assert!(scene.grids[0].bricks.is_empty());
@@ -120,7 +120,7 @@ fn generated_volumes_repeat_and_move() {
         scene.set_time(0.0);
         assert_eq!(scene.grids, start);
         assert!(table("speed = 0").motions.is_empty());
-        // It stands on its origin, and nothing is cut off at the box of its size.
+        // It stands on its origin, and nothing is cut off at its box.
         let bricks = &start[0].bricks;
         let place = |brick: &gobo::model::Brick, i: u32| {
             let voxel = brick.origin + IVec3::new(i as i32 % 9, i as i32 / 9 % 9, i as i32 / 81);
@@ -143,7 +143,7 @@ fn generated_volumes_repeat_and_move() {
     }
 }
 
-/// `--frame N` makes a volume once, at its own time.
+/// `--frame N` generates a volume once, at its own time.
 #[test]
 fn generated_volumes_that_move_are_made_at_the_first_time_asked_for() {
     let folder = Folder::new();
@@ -173,15 +173,17 @@ fn generated_volumes_that_move_are_made_at_the_first_time_asked_for() {
     }
 }
 
-/// What generators make does not depend on the number of threads.
+/// Generated contents do not depend on the number of threads.
 #[test]
 fn threads_do_not_change_what_is_generated() {
     let toml = "[[volume]]\ngenerate = { kind = \"explosion\", voxels = 40 }\nemission = {}\n\
         [[material]]\nname = \"m\"\n\
-        [[shape]]\nkind = \"sphere\"\nname = \"ball\"\nmaterial = \"m\"\nlevel = 5\ndisplace = { amplitude = 0.2 }\n\
+        [[shape]]\nkind = \"sphere\"\nname = \"ball\"\nmaterial = \"m\"\nlevel = 5\n\
+        displace = { amplitude = 0.2 }\n\
         [[strands]]\nmaterial = \"m\"\ngenerate = { kind = \"fur\", on = \"ball\", count = 300 }\n\
         [[emitter]]\nmaterial = \"m\"\nrate = 3000\nlifetime = [1, 2]\n\
-        [[particles]]\nmaterial = \"m\"\ngenerate = { kind = \"dust\", count = 40000, min = [0, 0, 0], max = [1, 1, 1], radius = 0.01 }\n";
+        [[particles]]\nmaterial = \"m\"\n\
+        generate = { kind = \"dust\", count = 40000, min = [0, 0, 0], max = [1, 1, 1], radius = 0.01 }\n";
     let made = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
@@ -230,7 +232,7 @@ fn bricks_are_summed_up_before_they_are_made() {
     let (line, message) = refused(read(&cloud.repeat(8)));
     // 42^3 bricks each: seven fit into 524,288.
     assert!(line == 16 && message.contains("592704 bricks"), "{line}: {message}");
-    // To generate one takes minutes.
+    // Generating one would take minutes.
     assert!(now.elapsed().as_secs() < 10);
     let folder = Folder::new();
     let mut grid = VdbGrid::default();
@@ -265,11 +267,11 @@ fn a_vdb_file_alone_is_framed_and_stands_on_a_ground() {
     assert_eq!(scene.triangles.len(), 2);
     let ground = scene.triangles[0].positions[0].y;
     assert!(ground < bounds.min.y && ground > bounds.min.y - 1.0, "{ground}");
-    // The middle of the picture, which for a body seen from near is not that of the body.
+    // The middle of the picture is not the middle of a body that is seen from close by.
     assert!((scene.camera.target - bounds.center()).length() < 0.2 * bounds.radius());
     assert!(matches!(scene.lights[0].kind, LightKind::Directional { .. }));
     assert!(scene.environment.is_some());
-    // An optical depth of 4, in the mean of the columns that have bricks.
+    // An optical depth of 4, in the mean of the columns with bricks.
     let [note] = &scene.notes[..] else { panic!("{:?}", scene.notes) };
     assert!(note.contains("volume.0.density.factor"), "{note}");
     let mean = 3.0 * 12f32.powi(3) / (24.0 * 24.0);
@@ -279,7 +281,7 @@ fn a_vdb_file_alone_is_framed_and_stands_on_a_ground() {
     options.ground = false;
     let scene = scene::load_as(&path, &options).unwrap();
     assert!(scene.grids[0].factor == 0.5 && scene.notes.is_empty() && scene.triangles.is_empty());
-    // Nothing names a file that is the scene.
+    // No key names a file that is the scene.
     let error = scene::load(&folder.write("bad.vdb", "PK")).unwrap_err();
     let SceneError::Invalid { path, message, help } = error else { panic!("{error}") };
     assert!(

@@ -1,5 +1,5 @@
-//! From pairs to maps and sums, against products of the formulas in 64 bits: each kernel alone, with inputs
-//! by hand and poisoned outputs.
+//! From pairs to maps and sums, against products of the formulas in 64 bits: each kernel alone, with handmade
+//! inputs and poisoned outputs.
 use super::by_hand::{
     ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, disc, dispatches, records,
     run, texel_of, tile_records, view_buffer,
@@ -26,17 +26,17 @@ use std::ops::Range;
 const COUNTS: [u32; TILES as usize] = [1, 0, 7, 9, 8, 65, 33, 300];
 /// Tile that other kernels finish.
 const MERGED: u32 = 3;
-/// Pairs between two tiles' that belong to none.
+/// Pairs between those of two tiles, belonging to none.
 const GAP: u32 = 3;
-/// Opacity of a hit that counts for the nearest depth, and how close to it rounding decides.
+/// Least opacity of a hit that sets the nearest depth, and the margin in which rounding decides.
 const VISIBLE: f64 = 1.0 / 255.0;
 const NEAR: f64 = 1e-5;
-/// Of products of 300 factors in 32 bits, in the fixed point of sums.
+/// Rounding of products of 300 factors in 32 bits, in the fixed point of sums.
 const ROUNDING: f64 = 30.0;
 /// Least transmittance of a texel that is not black.
 const BLACK: f64 = 1.0 / 1024.0;
 
-/// A disc across tiles, as in no tile: nothing passes it.
+/// A disc across tiles that is in no tile: nothing passes it.
 fn shade() -> Footprint {
     disc(Vec2::splat(24.0), 1e4, 0.001, Vec3::ZERO, 1.0)
 }
@@ -82,7 +82,7 @@ impl Batch {
     }
 }
 
-/// What the formulas say of a texel.
+/// Expected values of a texel by the formulas.
 struct Truth {
     light: DVec3,
     /// `D`, by a threshold slightly above and below the least visible opacity.
@@ -106,7 +106,7 @@ impl Truth {
         truth
     }
 
-    /// Optical depth in fixed point, at most what one addend may be.
+    /// Optical depth in fixed point, at most the largest addend.
     fn tau(&self) -> DVec3 {
         self.light.map(|light| (-light.max(1e-9).ln()).min(7.0) * FIXED_ONE)
     }
@@ -170,7 +170,7 @@ impl Inputs {
     }
 }
 
-/// Rounding to a half, and of products of up to 300 factors.
+/// Rounding to a half float, and of products of up to 300 factors.
 fn is_close(found: f64, expected: f64) -> bool {
     let rounding = expected / 1024.0 + 1e-4;
     (found - expected).abs() <= rounding || found == 0.0 && expected < BLACK * 1.01
@@ -223,7 +223,7 @@ fn earlier() -> Vec<[u32; 4]> {
     (0..TILES * TEXELS).map(|i| [1000 + i % 11, 2000, 0, 5]).collect()
 }
 
-/// Checks the sums of the tiles `into`, to which discs were added; all others are as before.
+/// Checks that discs were added to the sums of the tiles `into`, and that all others are unchanged.
 fn assert_sums(
     found: &[[u32; 4]],
     into: &[u32],
@@ -241,7 +241,7 @@ fn assert_sums(
         let (bounds, nearest) = added(tile, texel_of(tile, i));
         for channel in 0..3 {
             let grown = f64::from(found[channel]) - f64::from(earlier[index][channel]);
-            // A saturated sum stays as it is.
+            // A saturated sum stays unchanged.
             let is_full =
                 found[channel] >= 7 << 16 && bounds[1][channel] >= 7.0 * FIXED_ONE - 4000.0;
             let is_within = grown >= bounds[0][channel] && grown <= bounds[1][channel];
@@ -300,7 +300,7 @@ fn segments_add_their_optical_depths() {
     }
 }
 
-/// Bounds of what discs add to the sums of a texel, and their nearest depth.
+/// Bounds of the sums that discs add to a texel, and their nearest depth.
 fn scattered(batch: &Batch, discs: Range<usize>, texel: (Vec2, usize)) -> ([DVec3; 2], [f32; 2]) {
     let mut bounds = [DVec3::ZERO; 2];
     let mut nearest = [1.0_f32; 2];

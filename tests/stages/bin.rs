@@ -9,7 +9,7 @@ use gobo::{
     records::{GAUSSIAN_TEXELS, GpuView, MAX_VIEWS, OUTLINE_TEXEL, Outline, TileRect},
     stage::{
         bin::{self, BatchCounters, BinParams},
-        sort::{PAIR_FORMAT, Shape, pair_texture_size},
+        sort::{PAIR_FORMAT, Partition, pair_texture_size},
     },
     wgpu::{self, BufferUsages},
 };
@@ -19,12 +19,12 @@ use gobo_reference::{
     outline::{Ellipse, outline_of, outlined_tiles},
 };
 
-/// Shapes, and tiers whose kernels differ.
-const WAYS: [(Shape, Tier); 4] = [
-    (Shape::Serial, Tier::Core),
-    (Shape::Serial, Tier::Subgroups),
-    (Shape::Wide, Tier::Core),
-    (Shape::Wide, Tier::Subgroups),
+/// Partitions, and tiers whose kernels differ.
+const WAYS: [(Partition, Tier); 4] = [
+    (Partition::Serial, Tier::Core),
+    (Partition::Serial, Tier::Subgroups),
+    (Partition::Wide, Tier::Core),
+    (Partition::Wide, Tier::Subgroups),
 ];
 
 fn rect(x0: u32, y0: u32, x1: u32, y1: u32, view: u32) -> TileRect {
@@ -72,7 +72,7 @@ fn a_scattered_caster_has_no_tiles() {
     assert!(!TileRect::EMPTY.is_scattered());
 }
 
-/// Initial words of pairs and lists, to show what a kernel does not write.
+/// Initial words of pairs and lists, to show words that a kernel does not write.
 const POISON: u32 = 0xdead_beef;
 
 /// Footprints of up to 3x3 tiles of either view, some without a tile.
@@ -92,7 +92,7 @@ fn scattered_rects(count: u32) -> Vec<TileRect> {
 /// Output of `count`, `scan` and `emit`: pairs, overflow, and the counters.
 fn emitted(
     gpu: &Gpu,
-    (shape, tier): (Shape, Tier),
+    (shape, tier): (Partition, Tier),
     sorted: &[u32],
     rects: &[TileRect],
     views: &[GpuView],
@@ -169,7 +169,7 @@ fn emitted(
     (gpu.read_texture(&pairs), gpu.read(&overflow), gpu.read::<BatchCounters>(&counters)[0])
 }
 
-/// Compares pairs and overflow on both shapes with the reference's.
+/// Compares pairs and overflow of both shapes with the reference's.
 fn assert_emitted(rects: &[TileRect], views: &[GpuView], tile_count: u32, capacity: u32) {
     let gpu = gpu(Tier::Subgroups);
     let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;
@@ -179,7 +179,7 @@ fn assert_emitted(rects: &[TileRect], views: &[GpuView], tile_count: u32, capaci
         let (pairs, mut overflow, counters) =
             emitted(&gpu, way, &sorted, rects, views, &[], capacity);
         let name = format!("{} footprints, {way:?}", rects.len());
-        // A stable sort by tile, like the stage that follows.
+        // A stable sort by tile, like the next stage.
         let mut found: Vec<_> = pairs[..bins.pairs.len()].to_vec();
         found.sort_by_key(|pair| pair.key);
         let cpu = bins.pairs.iter().map(|pair| Pair { key: pair.tile, value: pair.footprint });
@@ -195,7 +195,7 @@ fn assert_emitted(rects: &[TileRect], views: &[GpuView], tile_count: u32, capaci
     }
 }
 
-/// On counts that leave lanes and runs unfilled.
+/// Counts that leave lanes and runs unfilled.
 #[test]
 fn both_shapes_emit_what_the_reference_emits() {
     for (count, capacity) in [(1, 64), (7, 64), (700, 1 << 12), (70_001, 1 << 19), (5000, 9000)] {
@@ -203,7 +203,7 @@ fn both_shapes_emit_what_the_reference_emits() {
     }
 }
 
-/// Among footprints of a tile or two, some that cover up to the whole map, and what these leave no room for.
+/// Among footprints of a tile or two, some that cover up to the whole map, and others that no longer fit.
 #[test]
 fn both_shapes_emit_large_rectangles() {
     let views = [0, 4096].map(|first| flat_view(1024, 1.0).to_gpu(first, UVec2::ZERO, 0));
@@ -237,7 +237,7 @@ fn ellipse(chance: &mut Chance) -> Ellipse {
     Ellipse { middle, half, lean: wide * aslant, width, open: 1.0 }
 }
 
-/// Count and emit take the tiles of an outline as the reference does, integer by integer.
+/// Count and emit find the same tiles of an outline as the reference, integer by integer.
 #[test]
 fn both_shapes_emit_the_tiles_of_outlines() {
     let gpu = gpu(Tier::Subgroups);

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// Pairs of each tile: none, one, and around the sizes of subgroups.
 const COUNTS: [u32; TILES as usize] = [1, 0, 7, 9, 8, 65, 33, 150];
-/// Pairs between two tiles' that belong to none.
+/// Pairs between those of two tiles, belonging to none.
 const GAP: u32 = 3;
 /// Distance to an edge below which rounding decides [texels].
 const EDGE: f32 = 1e-2;
@@ -59,7 +59,7 @@ impl Blocker {
     }
 }
 
-/// Depths that a texel may have: of the nearest hit, or of a nearer one that rounding decides.
+/// Possible depths of a texel: of the nearest hit, or of a nearer one that rounding decides.
 pub(super) fn depths<'a>(blockers: impl Iterator<Item = &'a Blocker>, texel: Vec2) -> Vec<f32> {
     let (mut sure, mut open) = (1.0_f32, Vec::new());
     for blocker in blockers {

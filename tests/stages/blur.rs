@@ -23,7 +23,7 @@ use half::f16;
 const SIZE: usize = 48;
 const WALL: u32 = 2;
 
-/// Two gels, one over a part of the other, and a wall.
+/// Two gels, one partly over the other, and a wall.
 fn gels(nodes: u32) -> Scene {
     let gel = |tint: Vec3| Material { tint: tint.extend(1.0), ..material(Transfer::Filter) };
     let first = gel(Vec3::new(0.8, 0.4, 0.2));
@@ -136,7 +136,7 @@ fn slopes_become_ramps_of_the_same_mean() {
     }
 }
 
-/// A wall in front of the gel hides it, so that texels next to the wall stay as dark.
+/// A wall in front of the gel hides it, so that texels beside the wall stay as dark.
 #[test]
 fn walls_let_no_light_into_the_shadow_beside_them() {
     for nodes in [0, 4] {
@@ -216,7 +216,8 @@ fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
     f64::from(apart) / f64::from(count)
 }
 
-/// Share of texels of which a curve with more layers than nodes differs: kernels merge rows, and then columns of them.
+/// Share of texels whose curve differs where it has more layers than nodes: kernels merge rows, and then
+/// columns of them.
 const MERGED: f64 = 0.015;
 
 /// The reference blurs one map at a time, so that no neighbour's light can be in it.
@@ -276,11 +277,11 @@ fn read_level(gpu: &Gpu, maps: &Maps, level: u32) -> (UVec2, Vec<[f16; 4]>) {
     (UVec2::new(size.width, size.height), texels.collect())
 }
 
-/// Each texel of a mip level is the mean of the texels of its own view, whatever is next to the view.
+/// Each texel of a mip level is the mean of texels in its own view, whatever is next to the view.
 #[test]
 fn smaller_levels_are_means_of_one_view() {
     let mut scene = crowd(0);
-    // No power of two and no whole number of tiles.
+    // Neither a power of two nor a multiple of tiles.
     scene.lights[1].size = Some(37);
     let views = shadow_views(&scene);
     for tier in TIERS {

@@ -1,4 +1,4 @@
-//! The blur with inputs by hand, in an atlas of poison: each texel of the views is written, and no other.
+//! The blur with handmade inputs, in an atlas of poison: each texel of the views is written, and no other.
 use super::{
     by_hand::run_all,
     maps_by_hand::{
@@ -21,8 +21,8 @@ use gobo::{
 use gobo_reference::{blur::blur, curve::Streaming};
 use half::f16;
 
-/// Random maps with curves of four layers, whose means are exact, and nothing opaque: of a texel beside an opaque
-/// surface kernels take the window of each row.
+/// Random maps with curves of four layers, whose means are exact, and nothing opaque: beside an opaque
+/// surface kernels use a separate window for each row.
 fn layered(seed: u64) -> [ViewMaps; 2] {
     let mut chance = Chance::new(seed);
     random_maps(seed).map(|mut maps| {
@@ -94,7 +94,7 @@ fn every_texel_of_the_views_is_blurred_and_no_other() {
     }
 }
 
-/// Each texel of a smaller level is the mean of its own view's; beside the views the level is poison.
+/// Each texel of a smaller level is the mean in its own view; outside the views the level is poison.
 #[test]
 fn smaller_levels_hold_the_views_alone() {
     for tier in TIERS {
@@ -104,7 +104,7 @@ fn smaller_levels_hold_the_views_alone() {
         let views = odd_view_buffer(&gpu);
         let params = BlurParams { level: 1, ..BlurParams::default() };
         let params = gpu.upload("blur_params", &[params], BufferUsages::UNIFORM);
-        // As large as the whole atlas, so that texels next to a level show too.
+        // As large as the whole atlas, so that texels beside a level show too.
         let level = poisoned::<2>(&gpu, "filter_mip", Format::Rgba16Float, 1);
         let resources = Resources::new()
             .with("views", &views)

@@ -14,7 +14,7 @@ use gobo::{
     stage::{
         bin::{self, BatchCounters, BinParams, Segment, WIDE_DISC_SEGMENT},
         buckets::{self, BUCKET_LANES, BUCKET_PAIRS},
-        sort::{PAIR_FORMAT, Shape, pair_texture_size},
+        sort::{PAIR_FORMAT, Partition, pair_texture_size},
     },
     wgpu::{self, BufferUsages},
 };
@@ -56,7 +56,7 @@ struct Found {
 fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[GpuView]) -> Found {
     let footprint_count = rects.len() as u32;
     let room = 10 * rects.len().max(1);
-    let params = BinParams::new(Shape::Wide, footprint_count, room as u32, TILES, 2, SEGMENT);
+    let params = BinParams::new(Partition::Wide, footprint_count, room as u32, TILES, 2, SEGMENT);
     let mut all_views = views.to_vec();
     all_views.resize(MAX_VIEWS, views[0]);
     let records = |label, texels: &[Pair]| {
@@ -84,7 +84,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
         .with("keys", &records("keys", keys))
         .with("rects", &records("rects", &corners))
         .with("counters", &counters)
-        .with("dispatches", &words("dispatches", 4 * bin::Dispatch::COUNT as usize))
+        .with("dispatches", &words("dispatches", 4 * bin::DispatchEntry::COUNT as usize))
         .with("scattered_tiles", &words("scattered_tiles", TILES as usize))
         .with("merged_tiles", &words("merged_tiles", TILES as usize))
         .with("tile_cursors", &words("tile_cursors", TILES as usize))
@@ -170,9 +170,9 @@ fn dispatches(count: u32, diameter: f32) -> usize {
     let gpu = gpu(Tier::Native);
     let mut shadows = shadows(&gpu);
     shadows.configure(|config| {
-        config.profile.shape = Shape::Wide;
-        config.profile.bucket_pairs = BUCKET_PAIRS;
-        config.profile.disc_segment = WIDE_DISC_SEGMENT;
+        config.tuning.partition = Partition::Wide;
+        config.tuning.bucket_pairs = BUCKET_PAIRS;
+        config.tuning.disc_segment = WIDE_DISC_SEGMENT;
         (config.toggles.scatter_tiny, config.toggles.queued) = (true, false);
     });
     let mut chance = Chance::new(7);

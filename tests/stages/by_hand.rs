@@ -1,11 +1,11 @@
-//! A batch by hand: two views in a poisoned atlas, their tiles and sums, and what a kernel makes of them.
+//! A handmade batch: two views in a poisoned atlas, their tiles and sums, and a kernel's outputs.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3},
     gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
     records::{Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
     stage::{
         features::{Features, Flags},
-        profile::Profile,
+        tuning::Tuning,
     },
     wgpu::{self, BufferUsages, TextureFormat as Format, TextureUsages as Use},
 };
@@ -14,7 +14,7 @@ use std::ops::Range;
 pub(super) const TILE: u32 = 16;
 /// Texels of a tile.
 pub(super) const TEXELS: u32 = TILE * TILE;
-/// Initial words of every output, to show what a kernel does not write.
+/// Initial words of every output, to show words that a kernel does not write.
 pub(super) const POISON: u32 = 0xdead_beef;
 /// Optical depth 1 in fixed point.
 pub(super) const FIXED_ONE: f64 = 65536.0;
@@ -22,7 +22,7 @@ pub(super) const FIXED_ONE: f64 = 65536.0;
 pub(super) const ONE_BITS: u32 = 0x3f80_0000;
 /// Size of the atlas [texels], and its layers: larger than the maps in it.
 pub(super) const ATLAS: [u32; 3] = [96, 80, 2];
-/// Of both views.
+/// Tiles of both views.
 pub(super) const TILES: u32 = 8;
 
 /// A view of 3 x 2 tiles in the middle of one layer, and one of 2 x 1 in the other.
@@ -48,14 +48,14 @@ pub(super) fn views() -> [GpuView; 2] {
     [view(first, UVec2::new(16, 32), 0, 0), view(second, UVec2::new(48, 16), 1, 6)]
 }
 
-/// A tile by its number: its view, and its first texel there.
+/// Place of a tile by its number: its view, and its first texel there.
 pub(super) fn place_of(tile: u32) -> (usize, UVec2) {
     let view = usize::from(tile >= 6);
     let (index, width) = [(tile, 3), (tile.wrapping_sub(6), 2)][view];
     (view, UVec2::new(index % width, index / width) * TILE)
 }
 
-/// Texel `i` of a tile: its place in the view, and its index in the atlas.
+/// Texel `i` of a tile: its position in the view, and its index in the atlas.
 pub(super) fn texel_of(tile: u32, i: u32) -> (Vec2, usize) {
     let (view, corner) = place_of(tile);
     let texel = corner + UVec2::new(i % TILE, i / TILE);
@@ -79,7 +79,7 @@ pub(super) fn tile_records(runs: &[Range<u32>; TILES as usize], merged: u32) -> 
     (0..).zip(runs).map(record).collect()
 }
 
-/// A record texture; the texels behind `texels` are poison.
+/// A record texture; the texels after `texels` are poison.
 pub(super) fn records<const N: usize>(
     gpu: &Gpu,
     name: &str,
@@ -113,7 +113,7 @@ pub(super) fn upload_views(gpu: &Gpu, [first, second]: [GpuView; 2]) -> wgpu::Bu
     gpu.upload("views", &all, BufferUsages::UNIFORM)
 }
 
-/// Indirect dispatches of which only the workgroups of number `which` count.
+/// Indirect dispatches; only the workgroups of number `which` count.
 pub(super) fn dispatches(gpu: &Gpu, which: usize, count: u32) -> wgpu::Buffer {
     let mut all = [[POISON; 4]; 3];
     all[which][3] = count;
@@ -160,7 +160,7 @@ pub(super) enum Sums {
 const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
 
 impl Sums {
-    /// `texels`: all tiles of the batch, one after another. Behind them is poison.
+    /// `texels`: all tiles of the batch, one after another. Poison follows.
     pub(super) fn new(gpu: &Gpu, tier: Tier, texels: &[[u32; 4]]) -> Self {
         let words = |i: usize| {
             let mut words: Vec<u32> = texels.iter().map(|texel| texel[i]).collect();
@@ -230,7 +230,7 @@ pub(super) fn run_all(
     resources: &Resources,
     kernels: &[(&'static KernelDesc, [u32; 3])],
 ) {
-    let constants = [constants, &Profile::of(&gpu.adapter).constants()].concat();
+    let constants = [constants, &Tuning::of(&gpu.adapter).constants()].concat();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
     for &(desc, groups) in kernels {

@@ -107,7 +107,7 @@ fn no_visible_particle_is_culled() {
         kept += visible.len();
         all += particles.len();
     }
-    // The result is hardly larger than what is visible.
+    // The result is hardly larger than the visible set.
     assert!(seen * 20 > all, "the views see something: {seen} of {all}");
     assert!(kept < seen + seen / 4 + all / 50, "{kept} kept, {seen} seen, {all} in all");
 }
@@ -167,7 +167,7 @@ fn no_visible_triangle_is_culled() {
         for (group, triangle) in (0..).zip(&triangles) {
             let record = TriangleRecord::new(triangle);
             let (projected, setup) = project_triangle(&view, 0, &record, 0, 0, PARAMS);
-            // Beyond the far plane volumes alone count, and those are listed wherever they are.
+            // Beyond the far plane only volumes count, and they are listed at any distance.
             let is_within = setup.depths.min_element() <= 1.0;
             if projected.rect != TileRect::EMPTY && is_within {
                 assert!(visible.contains(&group), "{triangle:?} in {view:?}");
@@ -221,7 +221,7 @@ fn the_tree_yields_what_brute_force_does() {
             // the boxes themselves.
             assert_eq!(visible, linear(&bounds, view), "{count} groups, {view:?}");
             cut_short |= visible.len() < count / 2;
-            // Some move, a little or not at all, and some become another kind.
+            // Some move, a little or not at all, and some change their kind.
             if i % 4 == 0 {
                 let moved = random_boxes(&mut chance, count);
                 for (bounds, moved) in bounds.iter_mut().zip(moved) {

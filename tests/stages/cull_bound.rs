@@ -5,7 +5,7 @@ use gobo::{
     glam::Vec3,
     model::{Bounds, Particle, Triangle},
     records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
-    shadows::cull::{PairBound, Reach, TileLoadBound},
+    shadows::cull::{CasterReach, PairBound, TileLoadBound},
 };
 use gobo_reference::project::{ProjectParams, project_caster, project_triangle};
 use std::collections::HashMap;
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 /// Parameters without the scatter path: every caster has tiles.
 const TILES: ProjectParams = ProjectParams { scatter: false, ..PARAMS };
 
-/// Pairs that the rectangles of one list make.
+/// Pairs of the rectangles of one list.
 fn counted(rects: impl IntoIterator<Item = TileRect>) -> PairBound {
     let mut of_tile: HashMap<(u32, u32), u32> = HashMap::new();
     let (mut pairs, mut of_caster) = (0, 0);
@@ -52,7 +52,12 @@ fn one_caster_makes_no_more_pairs_than_its_bound() {
             let particle = particle(&mut chance);
             let around = reach(&particle);
             let mut load = TileLoadBound::new(&view);
-            load.add(&around, 1, Reach::all((around.max - around.min).max_element() * 0.5, 1), 1.0);
+            load.add(
+                &around,
+                1,
+                CasterReach::all((around.max - around.min).max_element() * 0.5, 1),
+                1.0,
+            );
             let counted = counted([particle_rect(&view, &particle)]);
             assert_holds(load.bound(), counted, || format!("{particle:?} in {view:?}"));
             tight += usize::from(counted.pairs > 0 && load.bound().pairs <= 4 * counted.pairs);
@@ -74,7 +79,7 @@ fn one_triangle_makes_no_more_pairs_than_its_bound() {
             let [a, b, c] = positions;
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
             let mut load = TileLoadBound::new(&view);
-            load.add(&bounds, 1, Reach::all(0.5 * longest, 1), 1.0);
+            load.add(&bounds, 1, CasterReach::all(0.5 * longest, 1), 1.0);
             let record = TriangleRecord::new(&triangle);
             let (projected, _) = project_triangle(&view, 0, &record, 0, 0, TILES);
             let counted = counted([projected.rect]);
@@ -95,7 +100,7 @@ fn a_list_makes_no_more_pairs_than_its_bound() {
         for _ in 0..1 + chance.below(6) {
             let (middle, spread) = (chance.vec3(-10.0, 10.0), chance.within(0.01, 4.0));
             let mut bounds = Bounds::EMPTY;
-            let (mut reaches, count) = (Reach::default(), 1 + chance.below(100) as u32);
+            let (mut reaches, count) = (CasterReach::default(), 1 + chance.below(100) as u32);
             for _ in 0..count {
                 let place = middle + chance.vec3(-spread, spread);
                 let one = Particle {
@@ -122,7 +127,7 @@ fn one_large_caster_among_small_ones_counts_once() {
     let (mut bounds, mut found) = (0, 0);
     for view in views(&mut chance, 400) {
         let (mut load, mut around, mut reaches) =
-            (TileLoadBound::new(&view), Bounds::EMPTY, Reach::default());
+            (TileLoadBound::new(&view), Bounds::EMPTY, CasterReach::default());
         let mut rects = Vec::new();
         for i in 0..200 {
             let radius = if i == 77 { 4.0 } else { 0.02 };
@@ -143,14 +148,14 @@ fn one_large_caster_among_small_ones_counts_once() {
     assert!(found > 0 && bounds < 8 * found, "{bounds} for {found}");
 }
 
-/// Without valid numbers all tiles may be touched.
+/// With NaN all tiles may be touched.
 #[test]
 fn what_is_no_number_may_touch_all_tiles() {
     let mut chance = Chance::new(24);
     let view = views(&mut chance, 1)[0];
     let tiles = (view.size / 16.0).ceil();
     let mut load = TileLoadBound::new(&view);
-    load.add(&Bounds { min: Vec3::NAN, max: Vec3::NAN }, 7, Reach::all(f32::NAN, 7), 1.0);
+    load.add(&Bounds { min: Vec3::NAN, max: Vec3::NAN }, 7, CasterReach::all(f32::NAN, 7), 1.0);
     let all = (tiles.x * tiles.y) as u32;
     assert_eq!(load.bound(), PairBound { pairs: 7 * u64::from(all), of_tile: 7, of_caster: all });
 }

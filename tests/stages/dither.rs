@@ -7,7 +7,7 @@ use gobo::{
 };
 use gobo_reference::dither::{self, PatternPoint, threshold};
 
-/// Edge of the area that is counted [cells]: a multiple of every pattern's period.
+/// Edge of the counted area [cells]: a multiple of every pattern's period.
 const EDGE: u32 = 64;
 
 /// Cells of an area for a caster whose own space moves by `step` per texel.
@@ -67,7 +67,7 @@ fn nothing_and_everything_are_exact() {
     }
 }
 
-/// A mean over many casters, because a single one of `checkerboard` picks a level.
+/// A mean over many casters, because a single `checkerboard` caster picks a level.
 #[test]
 fn a_fading_caster_vanishes_without_a_step() {
     for pattern in Pattern::ALL {
@@ -80,7 +80,7 @@ fn a_fading_caster_vanishes_without_a_step() {
     }
 }
 
-/// Share of light that two layers let through.
+/// Transmittance of two layers.
 fn through(pattern: Pattern, a: [f32; 2], ids: [u32; 2], edge: u32) -> f32 {
     let step = Vec2::new(0.031, 0.017);
     let open = |point: &PatternPoint| (0..2).all(|i| a[i] <= threshold(pattern, 1, point, ids[i]));

@@ -1,5 +1,6 @@
-//! Edges that triangles share, on devices whose compilers round a product and a difference at once (`a * b - c * d` as
-//! `fma(a, b, -(c * d))` or as `fma(-c, d, a * b)`), each kernel and triangle in its own way: a texel is in one of the two.
+//! Edges that triangles share, on devices whose compilers round a product and a difference at once (`a * b -
+//! c * d` as `fma(a, b, -(c * d))` or as `fma(-c, d, a * b)`), each kernel and triangle in its own way: a
+//! texel is in one of the two.
 use crate::common::scenes::{Chance, flat_view};
 use gobo::{
     glam::{UVec2, Vec2, Vec3},
@@ -27,7 +28,8 @@ fn contracted(setup: &TriangleSetup, i: usize, texel: Vec2, form: usize) -> f32 
     }
 }
 
-/// Whether a texel is inside of all edges: the first of each edge's numbers is larger, or equal and the edge its own.
+/// Whether a texel is inside of all edges: the first of each edge's numbers is larger, or equal and the edge
+/// its own.
 fn is_inside(setup: &TriangleSetup, numbers: impl Fn(usize) -> [f32; 2]) -> bool {
     (0..3).all(|i| {
         let [first, second] = numbers(i);
@@ -50,7 +52,8 @@ fn neighbours(chance: &mut Chance) -> [TriangleSetup; 2] {
     })
 }
 
-/// Texels at most a hundred-thousandth from the shared edge: centres seldom are, so the texel's place is chosen.
+/// Texels at most a hundred-thousandth from the shared edge: centres seldom are, so the texel's place is
+/// chosen.
 fn texel_beside(setup: &TriangleSetup, chance: &mut Chance) -> Vec2 {
     let line = setup.edges[1];
     let along = Vec2::new(line.z, line.w);

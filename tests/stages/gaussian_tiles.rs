@@ -1,4 +1,4 @@
-//! Tiles of Gaussians: none that a texel of theirs is in is missed, and few others are listed.
+//! Tiles of Gaussians: no tile with a covered texel is missed, and few others are listed.
 use crate::common::{
     gaussian_truth::{Seen, meet},
     scenes::Chance,
@@ -12,9 +12,9 @@ use gobo_reference::{gaussian::project_gaussian, project::ProjectParams};
 
 const SIZE: u32 = 1024;
 const TILES: usize = (SIZE / TILE_SIZE) as usize;
-/// Rounding of `q^2`, a share of it: what ends within it may go either way.
+/// Relative rounding of `q^2`: a border within it may be on either side.
 const ROUNDING: f64 = 2e-3;
-/// Gaussians of each projection.
+/// Gaussians per projection.
 const COUNT: u32 = 50_000;
 
 /// A view whose view space is world space.
@@ -34,7 +34,7 @@ fn view(projection: Projection) -> GpuView {
     view.to_gpu(0, UVec2::ZERO, 0)
 }
 
-/// Long ones from less than a texel to a third of the map, up to 100 times as long as thick.
+/// Their longest deviations are from less than a texel to a third of the map, up to 100 times the shortest.
 fn random(chance: &mut Chance, parallel: bool) -> Gaussian {
     let long = 0.008 * 500.0_f32.powf(chance.unit());
     let [a, b] = [0; 2].map(|_| 100.0_f32.powf(-chance.unit()));
@@ -53,7 +53,7 @@ fn random(chance: &mut Chance, parallel: bool) -> Gaussian {
 
 /// A Gaussian's shadow in 64 bits: `form(x, y) <= 0` where `q^2 <= squared`.
 struct Shadow {
-    /// Of `(x, y, 1)`, texels.
+    /// Quadratic form of `(x, y, 1)`, texels.
     form: DMat3,
     /// `toward . (x, y, 1)` is positive where the light is in front of it.
     toward: DVec3,
@@ -106,7 +106,7 @@ impl Shadow {
         at.dot(self.form * at) <= 0.0 && self.toward.dot(at) > 0.0
     }
 
-    /// Columns of tiles of each row with a texel that meets it, as bits.
+    /// Columns of tiles in each row with a texel that meets it, as bits.
     fn tiles(&self) -> Vec<u64> {
         let mut rows = vec![0; TILES];
         for texel in 0..SIZE {
@@ -154,7 +154,7 @@ fn listed(view: &GpuView, gaussian: &Gaussian) -> Option<Vec<u64>> {
     Some(rows)
 }
 
-/// Whether it reaches the plane through the light, or nearly: its shadow is no ellipse.
+/// Whether it nearly reaches the plane through the light: its shadow is then no ellipse.
 fn reaches_the_light(view: &GpuView, gaussian: &Gaussian, squared: f64) -> bool {
     let axes = DMat3::from_quat(gaussian.rotation.as_dquat().normalize())
         * DMat3::from_diagonal(gaussian.sigma.as_dvec3());
@@ -242,7 +242,7 @@ fn shadows_in_64_bits_are_those_of_the_definition() {
     }
 }
 
-/// Needles across a map touch the tiles along them, not their rectangles.
+/// Needles across a map touch the tiles along them, not all of their rectangles.
 #[test]
 fn a_needle_touches_the_tiles_along_it() {
     let view = view(Projection::Orthographic);

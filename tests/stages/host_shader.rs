@@ -13,7 +13,7 @@ use gobo::{
 use gobo_scene::Scene;
 use wgpu::BufferUsages;
 
-/// A host shader with names that the library has, too.
+/// A host shader with names that the library also has.
 const HOST: &str = r#"
 struct Light { light: f32 }
 struct GpuView { size: f32 }

@@ -3,10 +3,11 @@ use crate::common::{TIERS, gpu, wgsl_files};
 use gobo::{gpu::Library, wgpu};
 
 const COUNT: usize = 24;
-/// What of the light a diameter absorbs.
+/// Share of the light that a diameter absorbs.
 const ALPHA: f64 = 0.5;
 
-/// A tip of 30 cm, 20 cm thick, that points away from the light: rays within its own angle never leave its cone.
+/// A tip of 30 cm, 20 cm thick, that points away from the light: rays within its own angle never leave its
+/// cone.
 const ROOT: &str = "
 import package::hit::capsule::{CapsuleSetup, capsule_way, way_absorbed};
 import package::records::view::GpuView;
@@ -28,7 +29,7 @@ fn absorb(@builtin(workgroup_id) texel: vec3<u32>) {
     absorbed[texel.x] = way_absorbed(way, vec3(log(2.0))).x;
 }";
 
-/// What is absorbed at `COUNT` texels where each quotient is `error` times itself.
+/// Absorbed share at `COUNT` texels, with each quotient multiplied by `error`.
 fn absorbed(error: &str) -> Vec<f32> {
     let mut files = wgsl_files();
     let capsule = files.iter_mut().find(|(path, _)| path == "hit/capsule.wgsl").expect("a file");
@@ -66,7 +67,8 @@ fn absorbed(error: &str) -> Vec<f32> {
     gpu.read(&absorbed)
 }
 
-/// `(1 - alpha) ^ s` passes, with `s` the integral of `dl / (2 r)` from the plane at 1 m to the cone.
+/// The transmittance is `(1 - alpha) ^ s`, where `s` is the integral of `dl / (2 r)` from the plane at 1 m to
+/// the cone.
 #[test]
 fn a_tip_seen_from_its_end_absorbs_whatever_divisions_round() {
     for error in ["1.0", "0.9999998", "1.0000003"] {

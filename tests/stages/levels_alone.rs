@@ -1,4 +1,5 @@
-//! One level of blocks with inputs by hand, against weights written out: what several levels together would hide.
+//! One level of blocks with handmade inputs, against explicit weights: several levels together would hide
+//! errors.
 use super::by_hand::{POISON, run_all};
 use crate::common::{
     TIERS, gpu,
@@ -27,10 +28,10 @@ const DEPTH: f32 = 0.5;
 const BEHIND: f32 = 0.9;
 /// Weights of children along an axis: a quadratic B-spline is the sum of four of half its width.
 const SPLINE: [f32; 4] = [0.125, 0.375, 0.375, 0.125];
-/// Light has 12 bits: half a step, and that of the sum on the way.
+/// Light has 12 bits: half a step, and that of the intermediate sum.
 const STEP: f32 = 1.5 / 4095.0;
 
-/// Records of four words, row by row, poison behind them.
+/// Records of four words, row by row, followed by poison.
 fn records(gpu: &Gpu, name: &'static str, words: &[[u32; 4]], count: u32) -> Texture {
     let rows = count.div_ceil(ROW);
     let texture = gpu.texture(name, [ROW, rows], TextureFormat::Rgba32Uint);

@@ -82,7 +82,7 @@ fn layers_are_as_paper_says() {
     }
 }
 
-/// Between panes that lie 5 mm apart, under a sun that crosses texels of 6 mm at a slant.
+/// Between panes 5 mm apart, under a sun that crosses texels of 6 mm at a slant.
 #[test]
 fn light_between_close_panes_is_that_of_the_panes_above() {
     const GAP: f32 = 0.005;
@@ -127,7 +127,7 @@ fn light_between_close_panes_is_that_of_the_panes_above() {
     }
 }
 
-/// A probe is a receiver: the views' planes enclose it, however far it is.
+/// A probe is a receiver: the views' planes enclose it, at any distance.
 #[test]
 fn nothing_between_is_light() {
     let mut scene = layers(Receiver::Curve);
@@ -144,7 +144,7 @@ fn nothing_between_is_light() {
     }
 }
 
-/// Rule 1, with Z = 1 where nothing is opaque: a light ends at a far plane of its own.
+/// Rule 1, with Z = 1 where nothing is opaque: a light ends at its own far plane.
 #[test]
 fn no_light_gets_behind_a_given_far_plane() {
     let mut scene = layers(Receiver::Curve);
@@ -219,7 +219,7 @@ fn kernel_equals_reference() {
             };
             let worst = actual.iter().zip(&expected).map(|(a, b)| apart(a, b)).fold(0.0, f32::max);
             assert!(worst <= 1e-3, "{receiver:?} {tier}: {worst}");
-            // Answers of other points are others, and some light is neither all nor none.
+            // Other points have other shares, and some shares are neither 0 nor 1.
             let wrong = actual.iter().zip(&expected[3..]).filter(|(a, b)| apart(a, b) > 0.05);
             assert!(wrong.count() > 1000);
             let grey = actual.iter().filter(|share| share[0] > 0.05 && share[0] < 0.95).count();
@@ -247,7 +247,7 @@ pub(super) fn prepared(gpu: &Gpu, receiver: Receiver) -> (Prepared, Vec<Light>) 
 fn a_host_asks_for_its_own_points_and_lights() {
     let gpu = gpu(TIERS[0]);
     let (prepared, mut lights) = prepared(&gpu, Receiver::Curve);
-    // Casts nothing, so that it has no views.
+    // Without shadows, so that it has no views.
     lights.push(Light { casts: false, ..Light::directional(Vec3::X) });
     let upload = |vectors: &[[f32; 3]]| gpu.upload("vectors", vectors, BufferUsages::STORAGE);
     let positions = upload(&[[0.0, 1.5, 0.1], [0.0, 0.2, 0.1]]);

@@ -104,7 +104,7 @@ fn edges_are_as_paper_says_in_black_and_in_colour() {
                     renderer.light_points(&scene, &points).unwrap()
                 });
                 let (_, places, end) = across(&edge(Transfer::Opaque, filter, receiver));
-                // A disc's texels are whole, and none is in two places.
+                // A disc's texels count entirely, and none is in two places.
                 let slack = if filter == DISC { 0.09 } else { ROUNDING };
                 for (i, place) in places.iter().enumerate() {
                     let black = f64::from(shares[0][i][0]);
@@ -116,7 +116,7 @@ fn edges_are_as_paper_says_in_black_and_in_colour() {
                         apart <= slack || is_border,
                         "{filter:?} {place} {black} {expected} {device}"
                     );
-                    // The same texels count as much for the colour.
+                    // The same texels have the same weights for the colour.
                     let tinted = GLASS + (Vec3::ONE - GLASS) * shares[0][i][0];
                     let apart = (Vec3::from(shares[1][i]) - tinted).abs().max_element();
                     assert!(
@@ -187,7 +187,7 @@ fn kernels_ask_the_texels_of_the_reference() {
     }
 }
 
-/// Discs are turned from pixel to pixel, and in every frame alike.
+/// Discs are rotated from pixel to pixel, in the same way in every frame.
 #[test]
 fn pictures_turn_discs_as_the_reference_does() {
     let mut scene = crowd(Receiver::Nearest);
@@ -237,13 +237,61 @@ fn biases_cover_what_the_slope_hides() {
         };
         for filter in [ShadowFilter::Spline, wide] {
             assert!(darkest(filter, 1e-4, 0.0, 0.0) < 0.9, "{filter:?}: nothing to cover");
-            // Weights sum up to 1 but for rounding.
+            // Weights sum up to 1, up to rounding.
             assert!(darkest(filter, 1e-4, 0.0, 1.5) > 0.9999, "{filter:?}: normal");
             assert!(darkest(filter, 1e-4, 1.5, 0.0) > 0.9999, "{filter:?}: slope");
             assert!(darkest(filter, 0.4, 0.0, 0.0) > 0.9999, "{filter:?}: constant");
         }
         // In a map of 32 texels over 2 m: 0.9 texels of a slope of the root of 3 are not enough.
         assert!(darkest(ShadowFilter::Spline, 1e-4, 0.5, 0.0) < 0.99);
+    }
+}
+
+/// A plane has no shadow of its own, however wide the filter, where a lamp is off the view's axis and where
+/// the slope is along the corners of a box.
+#[test]
+fn wide_filters_let_no_plane_shade_itself() {
+    let lamp = LightKind::Point { position: Vec3::ZERO };
+    let sun = LightKind::Directional { direction: Vec3::new(-1.0, -1.0, -1.0) };
+    let middle = Vec3::new(1.1, -1.6, 0.9);
+    let planes = [
+        (lamp, 512, -middle.normalize()), // it faces the lamp
+        (lamp, 512, Vec3::new(-0.8, 0.5, 0.3).normalize()),
+        (lamp, 512, Vec3::Y),
+        (sun, 96, Vec3::new(0.9, 0.2, 0.3).normalize()),
+        (sun, 96, Vec3::Y),
+    ];
+    let wide = [
+        ShadowFilter::Pcf { taps: 5 },
+        ShadowFilter::Pcf { taps: 11 },
+        ShadowFilter::Vogel { taps: 64, radius: 6.0 },
+    ];
+    for mut renderer in renderers() {
+        for (kind, size, normal) in planes {
+            let (right, up) = normal.any_orthonormal_pair();
+            let mut scene = empty(vec![material(Transfer::Opaque)]);
+            scene.triangles = rectangle(middle - right - up, right * 2.0, up * 2.0, 0).to_vec();
+            scene.lights = vec![Light { size: Some(size), far: Some(8.0), ..light(kind) }];
+            let along = |i: usize| i as f32 / 20.0 - 0.5;
+            let on_plane = |i: usize| {
+                let position = middle + right * along(i % 20) + up * along(i / 20);
+                ReceiverPoint { position, normal }
+            };
+            let points: Vec<_> = (0..400).map(on_plane).collect();
+            for filter in wide {
+                let look_up = LookUp { filter: Some(filter), ..LookUp::default() };
+                scene.lights[0].look_up = look_up;
+                let shares = renderer.light_points(&scene, &points).unwrap();
+                let least = shares.iter().fold(1.0_f32, |least, share| least.min(share[0]));
+                assert!(least > 0.995, "{kind:?}, {normal}, {filter:?}: {least}");
+                // Without any bias it has, but where depths do not change along the map's axes.
+                let none = LookUp { bias: Some(0.0), normal_bias: Some(0.0), ..look_up };
+                scene.lights[0].look_up = none;
+                let shares = renderer.light_points(&scene, &points).unwrap();
+                let is_seen = shares.iter().any(|share| share[0] < 0.98);
+                assert!(is_seen || normal == Vec3::Y, "{kind:?}, {normal}, {filter:?}");
+            }
+        }
     }
 }
 

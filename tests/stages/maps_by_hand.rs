@@ -1,4 +1,4 @@
-//! Maps of two views in a poisoned atlas, of sizes that are no whole number of tiles or of workgroups.
+//! Maps of two views in a poisoned atlas, whose sizes are no multiples of tiles or workgroups.
 use super::by_hand::{ATLAS, POISON, TILE, upload_views, views};
 use crate::common::scenes::{Chance, flat_view};
 use gobo::{
@@ -11,13 +11,13 @@ use gobo::{
 use gobo_reference::curve::Streaming;
 use half::f16;
 
-/// [texels]
+/// Sizes of the views [texels].
 const SIZES: [UVec2; 2] = [UVec2::new(45, 27), UVec2::new(30, 13)];
 /// Nodes of a curve (K).
 pub(super) const NODES: usize = 4;
 /// Workgroups of 8 x 8 texels that cover both views, with one more on each side.
 pub(super) const GROUPS: [u32; 3] = [7, 5, 2];
-/// Rounding of a half below 1, and of a sum of some of them.
+/// Rounding of a half float below 1, and of a sum of some of them.
 pub(super) const HALF: f32 = 1e-3;
 
 pub(super) fn odd_views() -> [GpuView; 2] {
@@ -29,7 +29,7 @@ pub(super) fn odd_view_buffer(gpu: &Gpu) -> wgpu::Buffer {
     upload_views(gpu, odd_views())
 }
 
-/// Random maps of both views. A third of the opaque depths are dithered ones, a third are none.
+/// Random maps of both views. A third of the opaque depths are dithered, and a third are empty.
 pub(super) fn random_maps(seed: u64) -> [ViewMaps; 2] {
     let mut chance = Chance::new(seed);
     SIZES.map(|size| {
@@ -64,7 +64,7 @@ pub(super) fn random_maps(seed: u64) -> [ViewMaps; 2] {
     })
 }
 
-/// Texel `i` of a view: its index in an atlas that has `layers` layers for each of the maps', in `layer`.
+/// Index of texel `i` of a view in `layer` of an atlas with `layers` layers per layer of the maps.
 pub(super) fn place(view: usize, i: usize, layers: u32, layer: u32) -> usize {
     let (size, GpuView { origin, layer: own, .. }) = (SIZES[view], odd_views()[view]);
     let at = origin + UVec2::new(i as u32 % size.x, i as u32 / size.x);
@@ -144,7 +144,7 @@ impl Inputs {
     }
 }
 
-/// What a kernel wrote into an atlas. Texels are taken out; the others must be poison.
+/// A kernel's output in an atlas. Texels are taken out; the others must be poison.
 pub(super) struct Written<const N: usize> {
     what: String,
     layers: u32,
@@ -179,7 +179,8 @@ where
         }
     }
 
-    /// Takes what is next to the views in their last tiles: an invocation may write four texels of a column.
+    /// Takes the texels beside the views in their last tiles: an invocation may write four texels of a
+    /// column.
     fn take_tiles(&mut self) {
         for (view, size) in odd_views().into_iter().zip(SIZES) {
             for y in size.y..size.y.next_multiple_of(TILE) {
@@ -199,7 +200,7 @@ where
     }
 }
 
-/// Filters and nearest depths of both views are those of `expected`, and nothing else was written.
+/// Asserts that filters and nearest depths of both views equal `expected`, and that nothing else was written.
 pub(super) fn assert_filters(
     gpu: &Gpu,
     what: &str,
@@ -223,8 +224,8 @@ pub(super) fn assert_filters(
     nearests.assert_rest();
 }
 
-/// Curves of both views give the light of `expected`, except for a share `most` of the samples, where
-/// rounding decides what merges.
+/// Asserts that curves of both views give the light of `expected`, except in a share `most` of the samples,
+/// where rounding decides the merges.
 pub(super) fn assert_curves(
     gpu: &Gpu,
     what: &str,

@@ -1,4 +1,4 @@
-//! Opaque triangles: those of a few texels go straight to their texels, larger ones through tiles.
+//! Opaque triangles: small ones are scattered to their few texels, larger ones go through tiles.
 use crate::common::{
     TIERS, map_frame,
     scenes::{Chance, empty, light, material, triangle},

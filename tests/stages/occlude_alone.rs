@@ -1,4 +1,4 @@
-//! Opaque depths against the nearest of the hits, each kernel alone, with inputs by hand and poisoned
+//! Opaque depths against the nearest of the hits, each kernel alone, with handmade inputs and poisoned
 //! outputs.
 use super::{
     blockers::{Batch, Blocker, depths},
@@ -28,7 +28,7 @@ use gobo_reference::project::{self, depth_key, project_triangle};
 
 /// Tile that other kernels finish.
 const MERGED: u32 = 3;
-/// Of depths, after a few operations in 32 bits.
+/// Rounding of depths, after a few operations in 32 bits.
 const DEPTH: f32 = 1e-6;
 
 fn assert_depth(found: u32, expected: &[f32], what: &str) {
@@ -64,7 +64,7 @@ impl Inputs {
             let record = blocker.record(view);
             let (mut projected, setup) =
                 project_triangle(&views()[view], view as u32, &record, id, id, params);
-            // One beside the view has no setup, and is in its place all the same.
+            // A disc beside the view has no setup, but keeps its place.
             projected.footprint.thin = depth_key(blocker.depth()) << 16;
             projected.footprint.red_green = id;
             projected.footprint.caster = id | TRIANGLE_BIT;
@@ -157,7 +157,7 @@ fn earlier() -> Vec<[u32; 4]> {
     (0..TILES * TEXELS).map(|i| [1000 + i % 11, 2000, 0, 5]).collect()
 }
 
-/// Only the nearness of the tiles `into` grew, to that of `blockers(tile)`.
+/// Asserts that only the nearness of the tiles `into` grew, to that of `blockers(tile)`.
 fn assert_nearness<'a, B: Iterator<Item = &'a Blocker>>(
     found: &[[u32; 4]],
     into: &[u32],
@@ -236,7 +236,7 @@ fn overflow_raises_the_nearness_of_its_rectangle() {
         let rects = records(&gpu, "rects", Format::Rg32Uint, &rects);
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let flags = gpu.upload("scattered_tiles", &[POISON; TILES as usize], usage);
-        // The first footprint, which is in front of all, is listed past the count.
+        // The first footprint, which is in front of everything, is listed past the count.
         let list: Vec<_> = (1..=count as u32).chain([0]).collect();
         let overflow = gpu.upload("overflow", &list, BufferUsages::STORAGE);
         let dispatches = dispatches(&gpu, 0, count as u32);
@@ -263,7 +263,7 @@ fn small_triangles_write_their_texels_alone() {
     let gpu = gpu(tier);
     let (mut chance, count, first) = (Chance::new(8), 90, 2);
     let mut batch = Batch::new(true, 5);
-    // Those before and behind the chunk cover the whole view.
+    // Those before and after the chunk cover the whole view.
     batch.blockers.truncate(1);
     let wall = batch.blockers[0];
     batch.blockers.push(wall);
@@ -292,7 +292,7 @@ fn small_triangles_write_their_texels_alone() {
     run(&gpu, tier, &occlude::SMALL, &resources, [2, 1, 1]);
     let found: Vec<u32> = gpu.read(&small);
     let own = &batch.blockers[first as usize..(first + count) as usize];
-    // Row by row over the view's two tiles, behind the six tiles of the first view.
+    // Row by row over the view's two tiles, after the six tiles of the first view.
     let (start, width) = ((6 * TEXELS) as usize, 32);
     let mut written = 0;
     for (index, &word) in found.iter().enumerate() {

@@ -23,16 +23,16 @@ use gobo_reference::{
     project::{self as cpu, Projected, project_caster, project_triangle},
 };
 
-/// Initial words of every output, to show what a kernel does not write.
+/// Initial words of every output, to show words that a kernel does not write.
 const POISON: u32 = 0xdead_beef;
-/// Footprints between two chunks that belong to none.
+/// Footprints between two chunks, belonging to none.
 const GAP: u32 = 5;
-/// Rounding of positions and radii in f32, relative; texels of a map of 128.
+/// Relative rounding of positions and radii in f32; for texels of a map of 128.
 const ROUNDING: f32 = 2e-5;
-/// Lanes, chunks and a single caster left over.
+/// Lanes, chunks and a single remaining caster.
 const COUNTS: [u32; 4] = [1, 255, 257, 1003];
 
-/// A sun, a spot and the six faces of a point light that stands among the casters.
+/// A sun, a spot and the six faces of a point light among the casters.
 fn lit(materials: Vec<Material>) -> Scene {
     let mut scene = empty(materials);
     scene.lights = vec![
@@ -213,7 +213,7 @@ impl Written {
             (found.depth, cpu.depth),
         ];
         assert!(places.iter().all(|&(a, b)| near(a, b)), "{what}: {found:?} is not {cpu:?}");
-        // Packed halves round either way.
+        // Packed half floats round either way.
         let halves = |word: u32| [word & 0xffff, word >> 16];
         let packed = [(found.red_green, cpu.red_green), (found.blue_slope, cpu.blue_slope)];
         for (a, b) in packed.into_iter().chain([(found.thin & 0xffff, cpu.thin & 0xffff)]) {

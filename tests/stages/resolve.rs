@@ -1,4 +1,4 @@
-//! From sums to maps, against the formulas in 64 bits: each kernel alone, with sums by hand and poisoned
+//! From sums to maps, against the formulas in 64 bits: each kernel alone, with handmade sums and poisoned
 //! maps.
 use super::by_hand::{
     ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, dispatches, records, run,
@@ -12,11 +12,11 @@ use gobo::{
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
 
-/// Tiles that are resolved, in an order of their own.
+/// Resolved tiles, in an order of their own.
 const MERGED: [u32; 3] = [6, 1, 4];
 const BLACK: f64 = 1.0 / 1024.0;
 
-/// Sums of a texel: zero, faint, half, next to black, saturated, and nearness of none, some and all depths.
+/// Sums of a texel: zero, faint, half, nearly black, saturated, with nearness of none, some and all depths.
 fn sums() -> Vec<[u32; 4]> {
     let tau = |i: u32| [0, 1, 655, 45426, 454_000, 455_000, 458_752, 4_000_000][i as usize % 8];
     let depth = |i: u32| [1.0, 0.25, 1e-6, 0.999, 0.0][i as usize % 5];
@@ -59,7 +59,8 @@ fn short_tiles() -> Vec<[u32; 4]> {
     (0..TILES).map(|tile| tile_record(tile, [0, 9], 1)).collect()
 }
 
-/// Each texel's maps are those of `expected(tile, texel of the batch)`; the sums of resolved tiles are zero.
+/// Asserts that each texel's maps equal `expected(tile, texel of the batch)`, and that the sums of resolved
+/// tiles are zero.
 fn assert_resolved(
     gpu: &Gpu,
     what: &str,
@@ -74,7 +75,7 @@ fn assert_resolved(
             };
             let (light, depth) = expected(tile, (tile * TEXELS + i) as usize);
             for (found, exact) in [r, g, b].into_iter().zip(light.to_array()) {
-                // Halves are rounded either way.
+                // Half floats are rounded either way.
                 let rounding = exact / 1000.0;
                 let is_black = found == 0.0 && exact < BLACK * 1.001;
                 let is_right = exact > BLACK * 0.999 && (found - exact).abs() <= rounding;
@@ -119,16 +120,16 @@ fn sums_become_transmittances_and_depths() {
     }
 }
 
-/// A segment's transfer to the light: a scale, what it adds, and its nearest depth.
+/// A segment's transfer to the light: a scale, an addition, and its nearest depth.
 struct Partial {
-    /// In 65,535ths, as segments store them.
+    /// Scale in 65,535ths, as segments store it.
     scale: [u32; 3],
     added: [u32; 3],
     nearest: f32,
 }
 
 impl Partial {
-    /// Different for each texel of each segment.
+    /// A different value for each texel of each segment.
     fn of(at: u32) -> Self {
         let share = |i: u32| (at * 31 + i * 17) % 101 * 648;
         Self {

@@ -18,7 +18,7 @@ pub(super) const GROUND: u32 = 0;
 pub(super) const RED: u32 = 1;
 pub(super) const GREEN: u32 = 2;
 
-/// Pane of a corner and two edges, as two triangles.
+/// Pane with a corner and two edges, as two triangles.
 pub(super) fn sheet(corner: Vec3, right: Vec3, up: Vec3, material: u32) -> [Triangle; 2] {
     let far = corner + right + up;
     [[corner, corner + right, far], [corner, far, corner + up]].map(|p| triangle(p, material))
@@ -126,7 +126,7 @@ pub(super) fn on_tier(tier: Tier, scene: &Scene, points: &[ReceiverPoint]) -> Ve
     shares(&mut Renderer::on(gpu(tier)).unwrap(), scene, points)
 }
 
-/// The look-up of kernels.
+/// Light by the kernels' look-up.
 pub(super) fn on_gpu(scene: &Scene, points: &[ReceiverPoint]) -> Vec<Vec3> {
     on_tier(TIERS[0], scene, points)
 }
@@ -146,7 +146,8 @@ pub(super) fn mean_error(scene: &Scene, points: &[ReceiverPoint], found: &[Vec3]
 
 /// Mean errors of the look-up for [`sources`], as measured, and a fifth more.
 const ACCURACY: [f64; 7] = [0.0186, 0.0101, 0.0158, 0.0144, 0.0108, 0.006, 0.005];
-/// Of the reference: half that of its points along a straight edge, as most receivers are in no penumbra.
+/// Mean error of the reference: half that of its points along a straight edge, as most receivers are in no
+/// penumbra.
 const MEAN_OF_POINTS: f64 = 0.007;
 
 fn assert_accurate(sources: impl Iterator<Item = (usize, (&'static str, Light))>) {
@@ -180,7 +181,7 @@ fn sources_are_as_many_points_of_them() {
     assert_accurate(sources().into_iter().enumerate());
 }
 
-/// A long panel above bars that run along it: sharp across them, however the map's axes lie.
+/// A long panel above bars that run along it: sharp across them, whatever the orientation of the map.
 #[test]
 fn a_panel_may_be_turned_against_the_map() {
     let (along, across) = (Vec3::new(0.88, 0.0, 0.475), Vec3::new(-0.475, 0.0, 0.88));
@@ -221,7 +222,8 @@ fn without_a_size_the_bits_are_those_of_a_point() {
     }
 }
 
-/// Mean and 99th of 100 errors at points of a ground: of kernels and of the CPU reference, without normals and with them.
+/// Mean and 99th percentile of errors at points of a ground: of kernels and of the CPU reference, without
+/// normals and with them.
 fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[[f64; 2]; 2]; 2] {
     let truth: Vec<_> = points
         .iter()
@@ -244,7 +246,7 @@ fn errors_on_ground(scene: &Scene, points: &[ReceiverPoint]) -> [[[f64; 2]; 2]; 
     })
 }
 
-/// A floor that rises towards the lamp is no occluder of itself, though nobody says how it lies.
+/// A floor that rises towards the lamp does not occlude itself, although its slope is not given.
 #[test]
 fn points_without_normals_are_lit_as_their_surface() {
     let root = crate::common::root();
@@ -285,7 +287,8 @@ fn surfaces_are_found_under_each_kind_of_light() {
 /// Largest mean difference between look-up and reference in maps of 128 texels a side, for [`sources`].
 const IN_THE_AIR: [f32; 7] = [0.0075, 0.01, 0.0105, 0.018, 0.015, 0.009, 0.0265];
 
-/// All sources at once, with cascades and viewpoints, at points on the ground and in the air: tiers differ by rounding.
+/// All sources at once, with cascades and viewpoints, at points on the ground and in the air: tiers differ by
+/// rounding.
 #[test]
 fn every_tier_is_as_many_points_of_all_lights() {
     let mut chance = Chance::new(9);
@@ -360,7 +363,7 @@ fn pictures_are_the_mean_of_those_of_the_lights_points() {
         let mean = mean_apart(&found.rgb);
         println!("{mean:.2} of 255, of points {hard:.2}");
         assert!(mean < 0.75, "{mean}");
-        // Masks are blurred themselves, and the air hides much.
+        // Masks are blurred themselves, and the air hides a lot.
         let is_plain = scene.mask.is_none() && scene.air.is_none();
         assert!(!is_plain || hard > 0.9, "lights without a size would pass: {hard}");
     }

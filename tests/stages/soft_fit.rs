@@ -1,9 +1,9 @@
-//! Texels and viewpoints that lights with a size choose.
+//! Texels and viewpoints chosen for lights with a size.
 use super::soft_spots::error_in_penumbrae;
 use crate::common::files::read;
 use gobo::{Scene, glam::Vec3, model::ReceiverPoint};
 
-/// A pane 15 cm over a floor under a rectangle of light, in maps of 512 texels where nothing says more.
+/// A pane 15 cm over a floor under a rectangular light, in maps of 512 texels by default.
 fn pane(shadow: &str, source: &str, more: &str) -> Scene {
     let text = format!(
         "[camera]\neye = [-0.6, 1.1, 0.9]\ntarget = [-0.75, 0, 0]\nfov_y = 40\nsize = [960, 540]\n\
@@ -19,7 +19,8 @@ fn pane(shadow: &str, source: &str, more: &str) -> Scene {
 }
 
 /// Bars between the light and the pane: its middle sees less of the pane's edges than the rest does.
-const BARS: &str = "[[shape]]\nkind = 'box'\nmaterial = 'solid'\ntranslation = [-0.3, 0.8, 0.4]\nscale = [0.06, 0.02, 1]\n\
+const BARS: &str = "[[shape]]\nkind = 'box'\nmaterial = 'solid'\ntranslation = [-0.3, 0.8, 0.4]\n\
+     scale = [0.06, 0.02, 1]\n\
      [[shape]]\nkind = 'box'\nmaterial = 'solid'\ntranslation = [-0.15, 0.8, 0.4]\nscale = [0.06, 0.02, 1]\n\
      [[shape]]\nkind = 'box'\nmaterial = 'solid'\ntranslation = [0, 0.8, 0.4]\nscale = [0.06, 0.02, 1]\n";
 
@@ -42,7 +43,8 @@ fn what_is_stated_is_the_least() {
     let usual = pane("", "", "");
     assert!(given(&usual).0 >= 1024 && given(&usual).1 == 1, "{:?}", usual.soft);
     assert_eq!(usual.lights[0].size, Some(given(&usual).0));
-    // Of a penumbra of 0.2 m at 3.1 m, 0.15 m over the floor, three texels in a map of 2 m at 1 m: about 1,400.
+    // Three texels for a penumbra of 0.2 m at 3.1 m, 0.15 m over the floor, in a map of 2 m at 1 m: about
+    // 1,400.
     assert!((1000..2200).contains(&usual.soft[0].asked), "{:?}", usual.soft);
     assert!(pane("soft_detail = false", "", "").soft.is_empty());
     assert_eq!(given(&pane("soft_budget = 1", "", "")), (512, 1));

@@ -1,4 +1,4 @@
-//! Area lights whose spots are a few texels of the map, and contact under another penumbra.
+//! Area lights whose penumbrae are a few texels of the map, and contact under another penumbra.
 use super::soft::{GROUND, grid, ground, on_gpu, sheet, spot};
 use crate::common::{area_truth, area_truth::degrees, scenes::light};
 use gobo::{
@@ -8,10 +8,10 @@ use gobo::{
 };
 use gobo_scene::{Scene, load};
 
-/// Places on a light: in a penumbra they are off by 0.01 at most.
+/// Points on a light: in a penumbra they are off by 0.01 at most.
 const PLACES: usize = 256;
 
-/// Of each point, what the light's places see of it, and the look-up's error.
+/// Share of the light's points visible from each point, and the look-up's error.
 fn truths_and_errors(scene: &Scene, points: &[ReceiverPoint], places: usize) -> Vec<[f64; 2]> {
     let light = &scene.lights[0];
     let apart = |(p, found): (&ReceiverPoint, Vec3)| {
@@ -25,7 +25,7 @@ fn mean(errors: &[f64]) -> f64 {
     errors.iter().sum::<f64>() / errors.len() as f64
 }
 
-/// Mean error at the points that see a part of the light.
+/// Mean error at the points that see part of the light.
 pub(super) fn error_in_penumbrae(scene: &Scene, points: &[ReceiverPoint]) -> f64 {
     let all = truths_and_errors(scene, points, PLACES);
     let partial = all.iter().filter(|[truth, _]| (0.02..0.98).contains(truth));
@@ -34,7 +34,7 @@ pub(super) fn error_in_penumbrae(scene: &Scene, points: &[ReceiverPoint]) -> f64
     mean(&errors)
 }
 
-/// A pane, turned against the map, at a height.
+/// A pane at a height, rotated against the map.
 fn pane(height: f32) -> Scene {
     let (along, across) = (Vec3::new(0.77, 0.0, -0.23), Vec3::new(0.18, 0.0, 0.57));
     let middle = Vec3::new(0.0137, height, 0.021);
@@ -43,10 +43,10 @@ fn pane(height: f32) -> Scene {
     scene
 }
 
-/// The short side of a rectangle has a spot of 0.7 to 2.8 texels, the long one of 2.2 to 8.3.
+/// The short side of a rectangle has a penumbra of 0.7 to 2.8 texels, the long side of 2.2 to 8.3.
 #[test]
 fn small_spots_of_rectangles_are_soft() {
-    // Below a texel an edge is as soft as the map's texels are: 0.03 elsewhere.
+    // Below a texel an edge is as soft as the map's texels: 0.03 elsewhere.
     for (height, size, most) in [
         (0.15, 512, 0.045),
         (0.2, 512, 0.03),
@@ -66,10 +66,11 @@ fn small_spots_of_rectangles_are_soft() {
     }
 }
 
-/// The sun in a map of 20 m, 2 cm a texel: radii of spots of 1.1 to 2 texels.
+/// The sun in a map of 20 m, 2 cm a texel: radii of penumbrae of 1.1 to 2 texels.
 #[test]
 fn a_sun_is_soft_where_its_penumbra_is_wider_than_texels() {
-    // A texel is lit or not: an edge is known to half a texel, and averaged over the spot's and over viewpoints.
+    // A texel is lit or not: an edge is known to half a texel, averaged over the penumbra's edge and over
+    // viewpoints.
     for (height, size, viewpoints, most) in [
         (4.0, 1024, 1, 0.072),
         (5.5, 1024, 1, 0.045),
@@ -91,7 +92,7 @@ fn a_sun_is_soft_where_its_penumbra_is_wider_than_texels() {
     }
 }
 
-/// A tube of 1.2 m x 4 cm above slats of 4 cm, aslant and across.
+/// A tube of 1.2 m x 4 cm above slats of 4 cm, diagonally and across.
 #[test]
 fn tubes_shine_through_blinds() {
     // Along slats and the map, all viewpoints see the edges in the same rows of texels.
@@ -136,7 +137,7 @@ fn contact_under_another_penumbra() {
     let points: Vec<_> =
         (0..60 * 60).map(|i| ReceiverPoint { position: floor(i), normal: Vec3::Y }).collect();
     assert_eq!(scene.lights[0].viewpoints, 4);
-    // What bars hide from the middle of the lamp is not in a map of one viewpoint: the posts under them.
+    // With one viewpoint, the lamp's middle, the map lacks the posts that bars hide from it.
     for (viewpoints, limits) in [(4, [0.01, 0.05, 0.2]), (1, [0.0135, 0.1, 0.56])] {
         scene.lights[0].viewpoints = viewpoints;
         let all = truths_and_errors(&scene, &points, 64);

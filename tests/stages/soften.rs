@@ -1,4 +1,5 @@
-//! Softening of dithered shadows: kernels against the CPU reference, and the CPU reference against the exact grey.
+//! Softening of dithered shadows: kernels against the CPU reference, and the CPU reference against the exact
+//! grey.
 use crate::common::{
     TIERS, map_frame,
     scenes::{empty, flat_view, light, material, pane, particle},
@@ -137,7 +138,7 @@ fn gpu_matches_reference() {
                         !(light && nearest && (a.opaque[i] - b.opaque[i]).abs() < 2e-6)
                     })
                     .count();
-                // A texel on a disc's edge is seen through a whole window.
+                // Texels within a window of a disc's edge depend on it.
                 assert!(apart as f32 <= 0.002 * a.filter.len() as f32, "{pattern:?} {apart}");
             }
         }

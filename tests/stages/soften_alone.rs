@@ -1,4 +1,4 @@
-//! Softening with inputs by hand and poisoned outputs: each texel of the views is written, and no other.
+//! Softening with handmade inputs and poisoned outputs: each texel of the views is written, and no other.
 use super::maps_by_hand::{
     GROUPS, Inputs, NODES, Written, assert_curves, assert_filters, odd_view_buffer, poisoned,
     random_maps,

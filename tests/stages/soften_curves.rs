@@ -70,7 +70,7 @@ fn light_is_exact_at_every_depth() {
                 }
             }
         }
-        // No dithered depth is left that would block a receiver.
+        // No dithered depth is left to block a receiver.
         assert!(maps.opaque.iter().all(|&depth| depth == 1.0));
     }
 }
@@ -141,7 +141,7 @@ fn a_dense_puff_leaves_a_node_to_the_softening() {
     let maps = render_maps(&scene, &[flat_view(SIZE as u32, 30.0)]).0.remove(0);
     let curve = maps.curve.as_ref().unwrap();
     let middle = SIZE / 2 * SIZE + SIZE / 2;
-    // Not in the middle of the gels, where one ramp of both is right too.
+    // Not in the middle of the gels, where a single ramp for both is right, too.
     for (z, light) in [(0.1, 1.0), (0.203, 0.97), (0.5, 0.9409), (0.9, 0.047), (0.97, 0.0353)] {
         let is = curve.light_at(middle, z).x;
         assert!((is - light).abs() <= ROUNDING, "{z}: {is} for {light}");

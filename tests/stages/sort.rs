@@ -4,8 +4,8 @@ use gobo::{
     gpu::{Gpu, Tier, Timeline},
     model::MAX_PAIRS,
     stage::{
-        profile::Profile,
-        sort::{PAIR_FORMAT, PAIR_ROW, Shape, digits, pair_limit, pair_texture_size},
+        sort::{PAIR_FORMAT, PAIR_ROW, Partition, digits, pair_limit, pair_texture_size},
+        tuning::Tuning,
     },
     wgpu,
 };
@@ -14,8 +14,11 @@ use gobo_reference::Pair;
 use std::ops::Range;
 
 /// Shapes, and tiers whose kernels differ for them.
-const WAYS: [(Shape, Tier); 3] =
-    [(Shape::Serial, Tier::Core), (Shape::Wide, Tier::Core), (Shape::Wide, Tier::Subgroups)];
+const WAYS: [(Partition, Tier); 3] = [
+    (Partition::Serial, Tier::Core),
+    (Partition::Wide, Tier::Core),
+    (Partition::Wide, Tier::Subgroups),
+];
 const POISON: Pair = Pair { key: 0xdead_beef, value: 0xdead_beef };
 
 /// Keys by a bijective mix of the index (the finalizer of Appleby 2011, `MurmurHash3`).
@@ -32,7 +35,7 @@ fn with_keys(count: u32, key: impl Fn(u32) -> u32) -> Vec<Pair> {
     (0..count).map(|value| Pair { key: key(value), value }).collect()
 }
 
-/// The comparison every test here relies on: the first difference, or that `tail` was written.
+/// The comparison of all tests here: the first difference, or that `tail` was written.
 fn compare(found: &[Pair], expected: &[Pair]) -> Result<(), String> {
     let (sorted, tail) = found.split_at(expected.len());
     if let Some(at) = (0..expected.len()).find(|&at| sorted[at] != expected[at]) {
@@ -64,15 +67,15 @@ fn pair_textures(gpu: &Gpu, pairs: &[Pair], capacity: u32) -> [wgpu::Texture; 2]
     })
 }
 
-fn kernels(gpu: &Gpu, (shape, tier): (Shape, Tier)) -> Kernels {
-    let profile = Profile { shape, ..Profile::of(&gpu.adapter) };
-    Kernels::new(&gpu.device, tier, profile, gpu.kernels.clone())
+fn kernels(gpu: &Gpu, (shape, tier): (Partition, Tier)) -> Kernels {
+    let tuning = Tuning { partition: shape, ..Tuning::of(&gpu.adapter) };
+    Kernels::new(&gpu.device, tier, tuning, gpu.kernels.clone())
 }
 
-/// Sorts the first `count` of `pairs`; all texels of the result.
+/// Sorts the first `count` of `pairs`; returns all texels of the result.
 fn sort_on(
     gpu: &Gpu,
-    way: (Shape, Tier),
+    way: (Partition, Tier),
     pairs: &[Pair],
     count: SortCount<'_>,
     bits: Range<u32>,
@@ -92,7 +95,7 @@ fn sort_on(
     gpu.read_texture(&textures[result])
 }
 
-fn check(gpu: &Gpu, way: (Shape, Tier), pairs: &[Pair], bits: Range<u32>) {
+fn check(gpu: &Gpu, way: (Partition, Tier), pairs: &[Pair], bits: Range<u32>) {
     let count = SortCount::Known(pairs.len() as u32);
     let found = sort_on(gpu, way, pairs, count, bits.clone());
     compare(&found, &sorted(pairs, bits.clone()))
@@ -171,8 +174,8 @@ fn count_may_stay_below_the_capacity() {
     }
 }
 
-/// Dispatches and histograms are sized by the capacity, and fewer pairs may make more runs: 131,072
-/// make 512 runs of 256, 131,073 make 505 of 260.
+/// The capacity sets the size of dispatches and histograms, but fewer pairs may make more runs: 131,072 make
+/// 512 runs of 256, 131,073 make 505 of 260.
 #[test]
 fn partitions_of_the_capacity_hold_those_of_any_count() {
     let run_length = |count: u32| {
@@ -184,11 +187,11 @@ fn partitions_of_the_capacity_hold_those_of_any_count() {
         if count == 131_072 {
             last = 0;
         }
-        let limit = Shape::Serial.partition_limit(count);
+        let limit = Partition::Serial.partition_limit(count);
         assert!(limit >= last.max(count.div_ceil(run_length(count))), "{count}");
         assert!(limit <= 8192);
         // At most as wide as a texture with that many rows of pairs is high.
-        assert!(Shape::Wide.partition_limit(count) <= count.div_ceil(PAIR_ROW));
+        assert!(Partition::Wide.partition_limit(count) <= count.div_ceil(PAIR_ROW));
         last = limit;
     }
 }
@@ -203,7 +206,7 @@ fn count_past_the_capacity_is_the_capacity() {
     for way in WAYS {
         let counted = SortCount::FromBuffer { counts: &counts, index: 0, capacity: 2000 };
         let found = sort_on(&gpu, way, &pairs, counted, 0..12);
-        // Two passes: the result lies where the pairs were, with the unsorted ones behind.
+        // Two passes: the result is where the pairs were, followed by the unsorted ones.
         assert_eq!(found[2000..3000], pairs[2000..]);
         compare(&found[..2000], &expected).unwrap();
     }

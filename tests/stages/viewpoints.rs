@@ -1,4 +1,4 @@
-//! Lights whose sources are seen from several points.
+//! Lights with several viewpoints.
 use super::soft::{ground, on_gpu, sheet, spot};
 use crate::common::{TIERS, files::read, gpu, scenes::material};
 use gobo::{
@@ -49,7 +49,8 @@ fn parts_have_the_mean_and_variance_of_the_source() {
             let variances = [0, 1].map(|axis| mean(&|at| at[axis] * at[axis]));
             for axis in [0, 1] {
                 assert!(mean(&|at| at[axis]).abs() < 1e-5, "{source:?}, {count}");
-                // Of a rectangle's parts, whole / parts along the axis squared; of discs, whole / count.
+                // Variance of a rectangle's part: the whole's over the square of the parts along the axis; of
+                // a disc's: the whole's over their number.
                 let part = match source {
                     Source::Rect { width, height, .. } => {
                         let edge = [width, height][axis];
@@ -57,7 +58,7 @@ fn parts_have_the_mean_and_variance_of_the_source() {
                         assert!((parts - parts.round()).abs() < 1e-2, "{count}: {parts}");
                         whole[axis] / (parts * parts)
                     }
-                    // A sphere's parts overlap: their middles have four fifths of what is left.
+                    // A sphere's parts overlap: their middles have four fifths of the remaining variance.
                     Source::Sphere { .. } => whole[axis] * (0.2 + 0.8 / count as f32),
                     _ => whole[axis] / count as f32,
                 };
@@ -68,7 +69,8 @@ fn parts_have_the_mean_and_variance_of_the_source() {
     }
 }
 
-/// From every side the parts of a point light's sphere have its variance; each of their six maps is from their middle.
+/// From every side the parts of a point light's sphere have its variance; the six maps of each are from its
+/// middle.
 #[test]
 fn parts_of_a_bulb_are_around_it() {
     for viewpoints in [4, 8] {
@@ -98,7 +100,7 @@ fn parts_of_a_bulb_are_around_it() {
     }
 }
 
-/// A further shadow can only take light from what the viewpoints let through, whatever their number.
+/// A further shadow can only reduce the viewpoints' light, whatever their number.
 #[test]
 fn further_shadows_follow_the_viewpoints() {
     let mut scene = ground();
@@ -110,7 +112,7 @@ fn further_shadows_follow_the_viewpoints() {
     scene.triangles.extend(pane(2.5, lower + 1));
     let (position, direction) = (Vec3::Y * 3.0, Vec3::NEG_Y);
     let at = spot(position, |direction| Source::Disc { radius: 0.3, direction });
-    // The light's maps begin behind the upper pane, the further one's before it.
+    // The light's maps begin behind the upper pane, the further one's in front of it.
     let narrow = LightKind::Spot { position, direction, angle: 0.2 };
     let upper = Shadow { kind: narrow, near: Some(0.1), far: None, size: Some(64), cascades: None };
     let point = |x| ReceiverPoint { position: Vec3::new(x, 0.0, 0.0), normal: Vec3::Y };
@@ -150,7 +152,8 @@ fn the_scene_file_gives_viewpoints() {
     assert_eq!(read(&format!("{lamp}{nothing}")).unwrap().lights[0].viewpoint_count(), 1);
     fault(&disc(", viewpoints = 10"), &["5:", "1 to 9 viewpoints"]);
     fault(&disc(", viewpoints = 2"), &["5:", "viewpoints", "1 or 3 to 9"]);
-    let point = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\nsource = { kind = 'sphere', radius = 0.1, viewpoints = 5 }\n";
+    let point = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\n\
+        source = { kind = 'sphere', radius = 0.1, viewpoints = 5 }\n";
     fault(point, &["4:", "viewpoints", "1, 4 or 8"]);
     let many: String = (0..10)
         .map(|i| {
@@ -178,8 +181,8 @@ fn floor_points(scene: &Scene, columns: Range<u32>, rows: Range<u32>) -> Vec<Rec
     pixels.map(point).collect()
 }
 
-/// The shadow of a man behind a screen of coloured glass, beside the mean of suns that are points: his penumbra has the
-/// colours of the panes before it.
+/// The shadow of a man behind a screen of coloured glass, compared with the mean of point suns: his penumbra
+/// has the colours of the panes in front of it.
 #[test]
 #[ignore = "26 suns in maps of 2,048 x 2,048: make test-all"]
 fn penumbrae_have_the_colors_of_the_glass_before_them() {
@@ -208,7 +211,7 @@ fn penumbrae_have_the_colors_of_the_glass_before_them() {
     let errors = truth.iter().zip(&found).map(|(a, b)| (*a - Vec3::from(*b)).abs().max_element());
     let worst = errors.fold(0.0, f32::max);
     println!("{worst:.3}");
-    // Shares of 1/26 that a sun has, and half as much of the look-up.
+    // A sun's share of 1/26, and half as much for the look-up.
     assert!(worst < 0.08, "{worst}");
     let is_partial = |light: &&Vec3| light.y > 0.05 && light.y < 0.4;
     assert!(truth.iter().filter(is_partial).count() > 20);

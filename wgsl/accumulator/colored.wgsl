@@ -1,4 +1,5 @@
-// Accumulator: nearest opaque depth per channel of an invocation's texels. CPU reference: crates/gobo-reference/src/occlude.rs.
+// Accumulator: nearest opaque depth per channel of an invocation's texels. CPU reference:
+// crates/gobo-reference/src/occlude.rs.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::{colored, opaques};

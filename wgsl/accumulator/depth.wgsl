@@ -1,4 +1,5 @@
-// Accumulator: nearest opaque depth of an invocation's texels. CPU reference: crates/gobo-reference/src/occlude.rs.
+// Accumulator: nearest opaque depth of an invocation's texels. CPU reference:
+// crates/gobo-reference/src/occlude.rs.
 
 import package::features::unrolled;
 import package::hit::blocks::{blocks, stored_depth};

@@ -26,7 +26,7 @@ const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> passed: array<vec3<f32>, ROW_COUNT>; // transmittance so far
-var<private> lost: array<vec3<f32>, ROW_COUNT>;   // absorbed by faint casters, not yet multiplied into `passed`
+var<private> lost: array<vec3<f32>, ROW_COUNT>;   // absorbed by faint casters, not yet in `passed`
 var<private> passed_in_order: Lights; // order-dependent blending: scale, and added light
 var<private> added_in_order: Lights;
 var<private> body_from: Rows;          // light depths between which hits belong to this part of the walk
@@ -34,7 +34,7 @@ var<private> body_before: Rows;
 var<private> body_faces: bool;
 var<private> crossed: array<vec4<i32>, ROW_COUNT>; // volumes: optical depth, and faces left minus entered
 var<private> nearest: Rows;
-var<private> owner: RowBits; // owner tag of the nearest
+var<private> owner: RowBits; // owner tag of the nearest hit
 var<private> opaque_depth: Rows;
 var<private> added: array<vec3<f32>, ROW_COUNT>; // by `over`, once the walk is finished
 var<private> found: array<Found, ROW_COUNT>;

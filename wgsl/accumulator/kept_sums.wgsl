@@ -1,4 +1,5 @@
-// Output: the sums as they are, of maps that are merged with others. CPU reference: crates/gobo-reference/src/sums.rs.
+// Output: the sums themselves, for maps that are merged with others. CPU reference:
+// crates/gobo-reference/src/sums.rs.
 
 import package::bind::stored::kept_sums;
 import package::records::tile::Tile;

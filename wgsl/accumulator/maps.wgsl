@@ -1,5 +1,6 @@
 // Output: filter and nearest depth. Tiles go straight to the maps, segments and scattered casters to sums,
-// from which the maps are resolved. CPU reference: crates/gobo-reference/src/accumulate.rs, crates/gobo-reference/src/resolve.rs.
+// from which the maps are resolved. CPU reference: crates/gobo-reference/src/accumulate.rs,
+// crates/gobo-reference/src/resolve.rs.
 
 import package::bind::stored::{filters, nearests};
 import package::features::{HAS_OWNERS, unrolled};

@@ -1,8 +1,8 @@
 // Output: filter and nearest depth with order-dependent blending. A segment of a long tile stores its
 // transfer to the light of its texels; a tile's segments are composed front to back, then the scattered
-// casters. The only segment of a tile is a plain factor of the casters scattered there, and is added to the
-// sums; so are segments past the capacity of `partials`, which takes more scattered tiles than the pair
-// budget has segments. CPU reference: crates/gobo-reference/src/accumulate.rs, crates/gobo-reference/src/resolve.rs.
+// casters. A tile's only segment is a factor beside its scattered casters, and is added to the sums; so are
+// segments past the capacity of `partials`, when more tiles have scattered casters than the pair budget has
+// segments. CPU reference: crates/gobo-reference/src/accumulate.rs, crates/gobo-reference/src/resolve.rs.
 
 import package::bind::changed::partials;
 import package::bind::sampled::tiles;

@@ -1,5 +1,5 @@
-// Accumulator: transmittance and nearest depth of some texels in a column, for casters of one simple kind: soft discs or
-// splats, of the `filter` transfer. CPU reference: crates/gobo-reference/src/accumulate.rs.
+// Accumulator: transmittance and nearest depth of some texels in a column, for casters of one simple kind:
+// soft discs or splats, of the `filter` transfer. CPU reference: crates/gobo-reference/src/accumulate.rs.
 
 import package::accumulator::found::Found;
 import package::bind::sampled::opaques;
@@ -35,7 +35,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
     }
 }
 
-// `seeks`: it may be nearer than the nearest depths.
+// `seeks`: whether the caster may be nearer than the nearest depths.
 fn visit_plain(view: GpuView, plain: Plain, seeks: bool) {
     let delta = corner + 0.5 - plain.center;
     var hits: array<PlainHit, ROWS>;
@@ -69,7 +69,7 @@ fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
     return footprint;
 }
 
-// Whether it may touch texel centres in the box lo..hi.
+// Whether the caster may touch texel centres in the box lo..hi.
 fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     return plain_touches(view, caster, lo, hi);
 }
@@ -77,10 +77,10 @@ fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> b
 // Payload that a lane broadcasts: its caster prepared for texels.
 struct Payload {
     plain: Plain,
-    seeks: bool, // some lane's may be nearer than some lane's nearest depths
+    seeks: bool, // some lane's caster may be nearer than some lane's nearest depths
 }
 
-// `front`: depth in front of which it is not.
+// `front`: lower bound of the caster's depth.
 fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
     return Payload(prepare(view, caster), subgroupAny(seeks(front)));
 }

@@ -88,7 +88,7 @@ fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
 
 const EDGE_SLACK: f32 = 0.001; // [texels], for rounding
 
-// Whether some of the block lo..hi is on the inner side of an edge.
+// Whether part of the block lo..hi is on the inner side of an edge.
 fn edge_touches(edge: vec4<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let far = select(lo, hi, vec2((edge.w < 0.0), (edge.z > 0.0)));
     let slack = EDGE_SLACK * (abs(edge.z) + abs(edge.w));
@@ -104,7 +104,7 @@ fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> b
         && edge_touches(triangle.b, lo, hi) && edge_touches(triangle.c, lo, hi);
 }
 
-// Payload that the lane broadcasts; `front` bounds its depth from below.
+// Payload that the lane broadcasts; `front`: lower bound of the triangle's depth.
 fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
     return caster.triangle;
 }

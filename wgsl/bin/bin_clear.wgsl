@@ -1,5 +1,5 @@
-// bin, clear: counters, workgroup counts, and what is scattered to and counted of the tiles of a list are zero before it.
-// One invocation per tile. Rust: src/stage/bin.rs.
+// bin, clear: sets the counters, workgroup counts and scattered tiles of a list to zero, before its other
+// kernels. One invocation per tile. Rust: src/stage/bin.rs.
 
 import package::bind::changed::{counters, dispatches, scattered_tiles, tile_cursors};
 import package::bind::uniform::bin_params;

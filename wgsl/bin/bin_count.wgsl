@@ -1,7 +1,7 @@
-// bin, count: number of pairs of each run of the depth-sorted footprints. One invocation per run, one workgroup per
-// block of runs. `run_offsets` has of each run the pairs of those before it in its block, and behind all runs the pairs
-// of each block. The sort has put footprints without tiles at the end. CPU reference: crates/gobo-reference/src/bin.rs. Rust:
-// src/stage/bin.rs.
+// bin, count: number of pairs of each run of the depth-sorted footprints. One invocation per run, one
+// workgroup per block of runs. `run_offsets` holds for each run the pairs of the earlier runs of its block,
+// then the pairs of each block. The sort has put footprints without tiles at the end. CPU reference:
+// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};
 import package::bind::loaded::{rects, sorted};

@@ -1,6 +1,6 @@
-// bin, count, on GPUs: number of pairs of each run of the depth-sorted footprints. One workgroup per run, a footprint for
-// each lane at a time; `run_offsets` has the sums behind the number of runs. CPU reference: crates/gobo-reference/src/bin.rs. Rust:
-// src/stage/bin.rs.
+// bin, count, on GPUs: number of pairs of each run of the depth-sorted footprints. One workgroup per run;
+// each lane takes a footprint at a time. The sums stand in `run_offsets` from index `run_count` on. CPU
+// reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};
 import package::bind::loaded::{rects, sorted};

@@ -1,6 +1,6 @@
 // bin, emit: the pairs of each run, front to back. One invocation per run. A footprint whose pairs do not all
-// fit emits none; then the list goes through parts of its tiles, or the footprint to the scatter path. CPU reference:
-// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
+// fit emits none; then the list is walked in parts of its tiles, or the footprint goes to the scatter path.
+// CPU reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::emit_outlined::emit_outlined;
 import package::bin::raise_dispatch::raise_dispatch;

@@ -1,6 +1,7 @@
-// bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint each, then
-// share all their pairs. What does not fit: as in bin_emit.wgsl. CPU reference: crates/gobo-reference/src/bin.rs. Rust:
-// src/stage/bin.rs.
+// bin, emit, on GPUs: the pairs of each run, front to back. One workgroup per run: its lanes take a footprint
+// each, then all their pairs in turns (load-balancing search: Baxter 2013, "Modern GPU"). No lane waits for a
+// large footprint, and neighbouring lanes load and store neighbours. Pairs that do not fit: as in
+// bin_emit.wgsl. CPU reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::emit_outlined::emit_outlined;
 import package::bin::raise_dispatch::raise_dispatch;
@@ -46,7 +47,7 @@ fn bin_emit_wide(
             overflowed = slot + 1u;
             atomicMin(&counters.pair_count, lane_offset);
         }
-        workgroupBarrier(); // all have taken one
+        workgroupBarrier(); // every lane has its footprint in `taken`
         for (var k = lane; k < prefix.total; k += SCAN_LANES) {
             let owner = lane_of(k);
             let source = taken[owner];

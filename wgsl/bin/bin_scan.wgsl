@@ -1,4 +1,4 @@
-// bin, scan: number of pairs of all blocks of runs before each block, in place. One workgroup. CPU reference:
+// bin, scan: exclusive prefix sum of the pairs of the blocks of runs, in place. One workgroup. CPU reference:
 // crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bind::changed::{counters, run_offsets};

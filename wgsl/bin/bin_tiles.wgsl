@@ -34,7 +34,7 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     if atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
-        // The parts of the tiles walk it: no workgroup finishes it here.
+        // The tile is walked with its part: no workgroup finishes it here.
         textureStore(tiles, record_texel(tile), vec4(0u, 0u, 1u, 0u));
         return;
     }

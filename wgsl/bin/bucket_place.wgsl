@@ -1,6 +1,6 @@
-// bin, buckets: room for the pairs of each tile, and its record; cuts long tiles into segments. One invocation per tile.
-// Which of two workgroups is first decides where a tile's pairs are, and nothing else. CPU reference:
-// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
+// bin, buckets: room for the pairs of each tile, and its record; cuts long tiles into segments. One
+// invocation per tile. Which of two workgroups is first decides where a tile's pairs are, and nothing else.
+// CPU reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::record_tile::record_tile;
 import package::bind::changed::{counters, tile_cursors};

@@ -1,6 +1,6 @@
-// bin, buckets: the tiles of each footprint, in any order, first to be counted, then to be written; `choice::bucket` says
-// which. One workgroup per 64 footprints, whose tiles its lanes share. CPU reference: crates/gobo-reference/src/bin.rs. Rust:
-// src/stage/bin.rs.
+// bin, buckets: the tiles of each footprint, in any order, first to be counted, then to be written;
+// `choice::bucket` says which. One workgroup per 64 footprints, whose tiles its lanes share. CPU reference:
+// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::shared_tiles::{ends, lane_of, nth_tile, take, taken};
 import package::bind::loaded::rects;

@@ -1,5 +1,5 @@
-// Bands: runs of a batch's tiles. For each band there is a row of bits, one for each footprint in depth order
-// that may touch it: 32 footprints have 32 texels of `keys`, with the words of two bands in each.
+// Bands: runs of a batch's tiles. Each band has a row of bits, one per footprint in depth order, set if the
+// footprint may touch the band. 32 footprints have 32 texels of `keys`, with the words of two bands in each.
 
 import package::bind::uniform::bin_params;
 

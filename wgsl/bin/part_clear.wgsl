@@ -1,4 +1,5 @@
-// bin, where pairs may not fit: no pairs in any tile yet. One invocation per tile. Rust: src/shadows/batch/parts.rs.
+// bin, where pairs may not fit: sets the pair count of every tile to zero. One invocation per tile. Rust:
+// src/shadows/batch/parts.rs.
 
 import package::bind::changed::tile_pairs;
 import package::bind::uniform::bin_params;

@@ -58,7 +58,7 @@ fn part_count(
     if HAS_GAUSSIANS && is_outlined(lane_rect) {
         outline = load_outline(footprint_of(first + lane));
     }
-    // Two at a time: a map has more tiles than llvmpipe lets one invocation walk.
+    // Two tiles a turn: a map has more tiles than the turns that llvmpipe allows an invocation.
     for (var k = 0u; k < width * height; k += 2u) {
         add_tile(lane_rect, outline, corner, width, height, k);
         add_tile(lane_rect, outline, corner, width, height, k + 1u);

@@ -1,5 +1,5 @@
-// bin, before the parts of the tiles: none has segments yet, so that where no part follows none is walked again. One
-// invocation. Rust: src/shadows/batch/parts.rs.
+// bin, before the parts of the tiles: sets the numbers of segments to zero, so that no segment is walked
+// again where no part follows. One invocation. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::part_plan::store_dispatch;
 import package::records::dispatch::{MERGED_DISPATCH, SEGMENT_DISPATCH};

@@ -1,6 +1,6 @@
-// bin, where pairs did not fit: the pairs of each tile of a part, front to back. One workgroup per tile, which
-// walks the footprints of the tile's band in depth order. Loops take eight footprints at a time: llvmpipe
-// lets one invocation walk 65,535 times. Rust: src/shadows/batch/parts.rs.
+// bin, where pairs did not fit: the pairs of each tile of a part, front to back. One workgroup per tile,
+// which walks the footprints of the tile's band in depth order. Loops take eight footprints at a time:
+// llvmpipe allows an invocation 65,535 turns. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::part_band::band_of;
 import package::bind::loaded::{keys, rects, sorted};
@@ -16,7 +16,7 @@ import package::records::record::record_texel;
 import package::records::tile::{Tile, tile_of};
 
 const LANES: u32 = 128u;
-const WORDS: u32 = 4u; // of 32 footprints, that a lane walks at a time
+const WORDS: u32 = 4u; // words of 32 footprints each that a lane walks at a time
 
 var<workgroup> counts: array<u32, LANES>;
 
@@ -88,7 +88,7 @@ fn put_all(tile_id: u32, word: u32, touches: u32) {
     }
 }
 
-// Sums over the lanes up to this one, in `counts`.
+// Inclusive prefix sum over the lanes, in `counts` (Hillis and Steele 1986).
 fn scan(lane: u32, gathered: u32) {
     counts[lane] = gathered;
     workgroupBarrier(); // every count before any is read
@@ -128,7 +128,7 @@ fn part_gather(
         scan(lane, gathered);
         slot = first + counts[lane] - gathered;
         first += counts[LANES - 1u];
-        workgroupBarrier(); // every count is read before the next
+        workgroupBarrier(); // every count is read before the next are written
         for (var i = 0u; i < some; i += 1u) {
             put_all(tile_id, word + i, touched[i]);
         }

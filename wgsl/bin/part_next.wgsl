@@ -1,5 +1,5 @@
-// bin, where pairs did not fit: the next part of the tiles, as many as there is room for their pairs, and first
-// and last pair of each. One workgroup. Rust: src/shadows/batch/parts.rs.
+// bin, where pairs did not fit: the next part of the tiles, as many as there is room for their pairs, and the
+// first and last pair of each. One workgroup. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::part_plan::store_dispatch;
 import package::bin::record_tile::record_tile;

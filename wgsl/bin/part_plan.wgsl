@@ -1,5 +1,5 @@
-// bin, where pairs did not fit: number of pairs in all tiles before each tile, in place, and whether the parts
-// that are recorded suffice. Else the footprints that did not fit are scattered. One workgroup. Rust:
+// bin, where pairs did not fit: exclusive prefix sum of the tiles' pairs, in place, and whether the recorded
+// parts suffice. Else the footprints that did not fit are scattered. One workgroup. Rust:
 // src/shadows/batch/parts.rs.
 
 import package::bind::changed::{counters, dispatches, part_turn, tile_pairs};
@@ -7,7 +7,7 @@ import package::bind::uniform::{bin_params, part_params};
 import package::records::dispatch::{OVERFLOW_DISPATCH, PARTED_DISPATCH};
 
 const LANES: u32 = 256u;
-const MANY: u32 = 0x7fffffffu; // pairs past which they are not counted
+const MANY: u32 = 0x7fffffffu; // bound of the count of pairs
 
 var<workgroup> sums: array<u32, LANES>;
 var<workgroup> most: array<u32, LANES>; // pairs of a tile
@@ -50,7 +50,7 @@ fn part_plan(@builtin(local_invocation_index) lane: u32) {
         return;
     }
     atomicStore(&tile_pairs[count], offset);
-    // Two parts that follow each other have more pairs than there is room for in one.
+    // Two consecutive parts together have more pairs than one has room for.
     let parts = min(2u * (offset / part_params.room) + 2u, bin_params.tile_count + 1u);
     let enough = offset < MANY && largest <= part_params.room && parts <= part_params.most_parts;
     part_turn = vec4(0u);

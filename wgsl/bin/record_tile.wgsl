@@ -1,5 +1,5 @@
-// Work of a tile whose pairs are known: one workgroup's, or, where its pairs are many or something was
-// scattered to it, that of several segments.
+// Work of a tile whose pairs are known: one workgroup, or several segments where its pairs are many or
+// casters were scattered to it.
 
 import package::bin::raise_dispatch::raise_dispatch;
 import package::bind::changed::{counters, dispatches, merged_tiles, scattered_tiles, segments};
@@ -9,7 +9,7 @@ import package::records::dispatch::{MERGED_DISPATCH, SEGMENT_DISPATCH};
 import package::records::record::{bounded, record_texel};
 import package::records::tile::{Segment, Tile, tile_record};
 
-// `index`: of its record.
+// `index`: of the tile's record.
 fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
     var view = 0u;
     let view_count = bounded(bin_params.view_count, textureDimensions(tiles));

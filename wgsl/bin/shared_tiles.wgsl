@@ -1,5 +1,5 @@
-// Tiles of a workgroup's footprints, shared evenly by its lanes, whatever the size of each (load-balancing search: Baxter
-// 2013, "Modern GPU"). No lane waits for a large footprint, and neighbours store neighbours.
+// Tiles of a workgroup's footprints, shared evenly by its lanes, whatever the size of each (load-balancing
+// search: Baxter 2013, "Modern GPU"). No lane waits for a large footprint, and neighbours store neighbours.
 
 import package::bind::uniform::views;
 import package::scan::prefix::SCAN_LANES;
@@ -21,7 +21,8 @@ fn further(lane: u32, step: u32, k: u32) -> u32 {
     return lane + select(0u, step, ends[lane + step - 1u] <= k);
 }
 
-// A lane's footprint, whose tiles end at `last` among those of all. `is_shared`: whether the others take some of them.
+// A lane's footprint, whose tiles end at `last` among those of all. `is_shared`: whether the others take some
+// of them.
 fn take(lane: u32, footprint: u32, rect: vec2<u32>, last: u32, is_shared: bool) {
     let view = views[rect.y >> 16u];
     let corner = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
@@ -33,7 +34,8 @@ fn take(lane: u32, footprint: u32, rect: vec2<u32>, last: u32, is_shared: bool) 
     ends[lane] = last;
 }
 
-// The lane that has pair `k` of them all: the first that ends behind it. By bisection, without a loop, which costs more.
+// The lane that has pair `k` of them all: the first that ends behind it. By bisection, without a loop, which
+// costs more.
 fn lane_of(k: u32) -> u32 {
     let lane = further(further(further(0u, 32u, k), 16u, k), 8u, k);
     return further(further(further(lane, 4u, k), 2u, k), 1u, k);

@@ -36,7 +36,7 @@ import package::records::tile::Segment;
 @group(0) @binding(181) var<storage, read_write> listed_project_params: ProjectParams;
 @group(0) @binding(97) var<storage, read_write> emitted: array<GpuEmitted>;
 @group(0) @binding(121) var<storage, read_write> tile_pairs: array<atomic<u32>>;
-@group(0) @binding(184) var<storage, read_write> tile_cursors: array<atomic<u32>>; // pairs of a tile, then where the next one goes
+@group(0) @binding(184) var<storage, read_write> tile_cursors: array<atomic<u32>>; // number, then place
 @group(0) @binding(185) var<storage, read_write> bucketed: array<vec2<u32>>; // depth key and footprint
 @group(0) @binding(123) var<storage, read_write> part_turn: vec4<u32>;
 @group(0) @binding(117) var<storage, read_write> point_lists: array<atomic<u32>>;
@@ -44,6 +44,6 @@ import package::records::tile::Segment;
 @group(0) @binding(177) var<storage, read_write> glass_owners: array<atomic<u32>>;
 @group(0) @binding(178) var<storage, read_write> caustics: array<atomic<u32>>;
 @group(0) @binding(118) var<storage, read_write> layered_tiles: array<atomic<u32>>;
-// Slices of each column of air that are needed, and 16 bits higher those that earlier bands needed.
+// Slices of each column of air that are needed; in the upper 16 bits, those that earlier bands needed.
 @group(0) @binding(182) var<storage, read_write> air_ends: array<u32>;
 @group(0) @binding(183) var<storage, read_write> air_items: array<atomic<u32>>;

@@ -1,5 +1,5 @@
-// Storage textures that kernels read: on software adapters far cheaper than buffers, and than sampled
-// textures. Those that `sampled.wgsl` declares, too, replace them there (`llvmpipe::LOADED`). A name has one
+// Storage textures that kernels read: on software adapters far cheaper than buffers or sampled textures.
+// There they replace the textures of the same name in `sampled.wgsl` (`llvmpipe::LOADED`). A name has one
 // number in the whole project.
 
 @group(0) @binding(131) var voxels: texture_storage_3d<rgba16float, read>;

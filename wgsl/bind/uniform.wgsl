@@ -32,7 +32,7 @@ import package::sort::sort::SortPass;
 @group(0) @binding(62) var<uniform> band: Band;
 @group(0) @binding(63) var<uniform> point_batch: PointBatch;
 @group(0) @binding(80) var<uniform> cull_params: CullParams;
-@group(0) @binding(81) var<uniform> cull_planes: array<vec4<f32>, 384>; // six a view
+@group(0) @binding(81) var<uniform> cull_planes: array<vec4<f32>, 384>; // six per view
 @group(0) @binding(82) var<uniform> load_params: LoadParams;
 @group(0) @binding(170) var<uniform> gaussian_looks: array<GaussianLook, MAX_MATERIALS>;
 @group(0) @binding(172) var<uniform> host_grid: HostGridParams;

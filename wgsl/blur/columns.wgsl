@@ -1,4 +1,4 @@
-// blur, columns: the filter map, blurred, and the nearest depth of the window.
+// blur, columns: the blurred filter map, and the nearest depth of the window.
 
 import package::bind::sampled::{near_around, rows};
 import package::bind::stored::{filters, nearests};

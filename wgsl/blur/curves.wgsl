@@ -1,5 +1,5 @@
-// blur, curves: the mean curve of a row's window, then of a column's: of the rows' means. CPU reference:
-// crates/gobo-reference/src/blur.rs. Rust: src/stage/blur.rs.
+// blur, curves: the mean curve of a row's window, then that of a column's window from the rows' means. CPU
+// reference: crates/gobo-reference/src/blur.rs. Rust: src/stage/blur.rs.
 
 import package::bind::sampled::{near_around, raw_curves, rows};
 import package::bind::stored::curves;

@@ -1,5 +1,5 @@
-// filter mip: a smaller level of the filter map, each texel the mean of the texels of its view that it
-// covers. Rust: src/shadows/smoothing/filter_mips.rs.
+// filter mip: a coarser level of the filter map, each texel the mean of its view's texels that it covers.
+// Rust: src/shadows/smoothing/filter_mips.rs.
 
 import package::bind::sampled::filters;
 import package::bind::stored::filter_mip;

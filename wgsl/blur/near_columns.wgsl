@@ -1,4 +1,4 @@
-// blur, nearest depths, columns: those of the whole window.
+// blur, nearest depths, columns: the nearest depths of the whole window.
 
 import package::bind::sampled::near_rows;
 import package::bind::stored::near_around;

@@ -1,6 +1,6 @@
-// blur, nearest depths, rows: the nearest translucent depth of each row's window, its alpha, which is part
-// of the owner tag, and the first depth of the window's curves, which also hold casters too faint for a
-// nearest depth.
+// blur, nearest depths, rows: the nearest translucent depth of each row's window, its alpha, which is part of
+// the owner tag, and the first depth of the window's curves, which also hold casters too faint for a nearest
+// depth.
 
 import package::bind::sampled::{curves, filters, nearests};
 import package::bind::stored::near_rows;

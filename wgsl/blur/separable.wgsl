@@ -1,4 +1,4 @@
-// A pass of a separable filter: sums what an accumulator makes of the texels in a window along a row or a column. One
+// A pass of a separable filter: an accumulator sums the texels in a window along a row or a column. One
 // invocation per texel of a view. Rust: src/stage/blur.rs, src/stage/soften.rs.
 
 import choice::accumulator::{add, start, store};

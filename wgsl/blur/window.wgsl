@@ -7,11 +7,12 @@ import package::records::view::GpuView;
 struct BlurParams {
     radius: i32,  // radius of the window [texels]
     scale: f32,   // factor of a squared offset in the exponent
-    level: u32,   // mip level of the filter map that is made, from the one before
+    level: u32,   // mip level to make of the filter map, from the one before
     pad_0: u32,
 }
 
-// First and last offset of the texels that are on the map; `before`, `behind`: number of texels there.
+// First and last offset of the texels that are on the map; `before`, `behind`: number of texels on either
+// side.
 fn window(before: i32, behind: i32) -> vec2<i32> {
     return vec2(max(-blur_params.radius, -before), min(blur_params.radius, behind));
 }

@@ -1,4 +1,5 @@
-// A face of glass in a light's view, and the rays of its map. CPU reference: crates/gobo-reference/src/caustics.rs.
+// A face of glass in a light's view, and the rays of its map. CPU reference:
+// crates/gobo-reference/src/caustics.rs.
 
 import package::bind::read::glass;
 import package::records::glass::GLASS_VECTORS;
@@ -35,13 +36,13 @@ fn light_ray(view: GpuView, texel: vec2<f32>) -> LightRay {
     return LightRay(select(aside, vec3(0.0), spreads), select(ahead, aside + ahead, spreads));
 }
 
-// Place in the map of a point in view space [texels].
+// Place of a view-space point in the map [texels].
 fn map_place(view: GpuView, point: vec3<f32>) -> vec2<f32> {
     let spread = view.scale / select(1.0, max(-point.z, 1e-6), view.perspective > 0.0);
     return vec2(point.x, -point.y) * spread + view.size * 0.5;
 }
 
-// Edge of a texel at a point in view space [m].
+// Edge of a texel at a view-space point [m].
 fn texel_at(view: GpuView, point: vec3<f32>) -> f32 {
     return select(1.0, -point.z, view.perspective > 0.0) / view.scale;
 }
@@ -63,10 +64,18 @@ fn meets_face(face: GlassFace, ray: LightRay) -> Met {
 }
 
 // Unit normal of the face `number` at a point, on the side that a ray comes from.
-fn glass_normal(view: GpuView, number: u32, face: GlassFace, weights: vec3<f32>, ray: vec3<f32>) -> vec3<f32> {
+fn glass_normal(
+    view: GpuView,
+    number: u32,
+    face: GlassFace,
+    weights: vec3<f32>,
+    ray: vec3<f32>,
+) -> vec3<f32> {
     let inner = max(weights, vec3(0.0));
     let first = number * GLASS_VECTORS + 3u;
-    let mixed = glass[first].xyz * inner.x + glass[first + 1u].xyz * inner.y + glass[first + 2u].xyz * inner.z;
+    let mixed = glass[first].xyz * inner.x
+        + glass[first + 1u].xyz * inner.y
+        + glass[first + 2u].xyz * inner.z;
     let turned = (view.view_from_world * vec4(mixed, 0.0)).xyz;
     let flat = select(-face.normal, face.normal, dot(face.normal, ray) < 0.0);
     let round = select(turned, -turned, dot(turned, flat) < 0.0);

@@ -1,6 +1,7 @@
-// caustics, faces: the nearest faces of glass in each texel of a view's map, of those that light enters a body by and of those
-// that it leaves by: first their depths, then, where the depths are theirs, which they are. Workgroups of a face take turns
-// with its texels. CPU reference: crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
+// caustics, faces: the nearest face of glass in each texel of a view's map by which light enters a body, and
+// the nearest by which it leaves one: first their depths, then the indices of the faces with these depths.
+// The workgroups of a face take turns with its texels. CPU reference: crates/gobo-reference/src/caustics.rs.
+// Rust: src/stage/caustics.rs.
 
 import package::bind::changed::{glass_depths, glass_owners};
 import package::bind::sampled::opaques;
@@ -12,7 +13,7 @@ import package::caustics::glass_face::{
 override WORKGROUP_SIZE: u32;
 override FINDS_OWNERS: bool;
 
-// Distance behind a lamp's position from which what reaches behind it has no place in its map [m].
+// Distance behind a lamp's position from which a face has no place in its map [m].
 const AHEAD: f32 = 0.0001;
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -41,7 +42,11 @@ fn glass_faces(
     }
     let size = last - least;
     let width = u32(view.size.x);
-    for (var i = workgroup.z * WORKGROUP_SIZE + lane; i < size.x * size.y; i += caustic_params.slices * WORKGROUP_SIZE) {
+    for (
+        var i = workgroup.z * WORKGROUP_SIZE + lane;
+        i < size.x * size.y;
+        i += caustic_params.slices * WORKGROUP_SIZE
+    ) {
         let texel = least + vec2(i % size.x, i / size.x);
         let ray = light_ray(view, vec2<f32>(texel) + 0.5);
         let met = meets_face(face, ray);

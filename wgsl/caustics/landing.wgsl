@@ -1,4 +1,4 @@
-// Where a ray that glass bends lands. CPU reference: crates/gobo-reference/src/caustics.rs.
+// Place where a ray that glass refracts lands. CPU reference: crates/gobo-reference/src/caustics.rs.
 
 import package::bind::read::{glass_depths, glass_owners};
 import package::bind::sampled::opaques;
@@ -8,7 +8,7 @@ import package::caustics::glass_face::{
 import package::records::glass::NEAR_SURFACE;
 import package::records::view::GpuView;
 
-// Doublings of the way inside a body until the ray is out of it.
+// Doublings of the distance inside a body until the ray is out of it.
 const DOUBLINGS: u32 = 16u;
 // Halvings that find a crossing.
 const HALVINGS: u32 = 14u;
@@ -41,7 +41,8 @@ fn texel_index(view: GpuView, place: vec2<f32>) -> u32 {
     return texel.y * u32(view.size.x) + texel.x;
 }
 
-// Snell's law for unit vectors; `ratio` of the indices, `normal` on the ray's side. Nothing passes where all is reflected.
+// Snell's law for unit vectors; `ratio` of the refractive indices, `normal` on the ray's side. Nothing passes
+// at total reflection.
 fn bent(ray: vec3<f32>, normal: vec3<f32>, ratio: f32) -> Bent {
     let cosine = -dot(ray, normal);
     let rest = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
@@ -49,7 +50,8 @@ fn bent(ray: vec3<f32>, normal: vec3<f32>, ratio: f32) -> Bent {
     return Bent(rest >= 0.0, normalize(through));
 }
 
-// Depth of the nearest face that light leaves by at a point's texel minus the point's; below 0 outside of all.
+// Depth of the nearest face by which light leaves a body at a point's texel, minus the point's depth; below 0
+// outside all bodies.
 fn left_depth(view: GpuView, point: vec3<f32>) -> f32 {
     let place = map_place(view, point);
     let at = 2u * texel_index(view, place) + 1u;
@@ -58,7 +60,8 @@ fn left_depth(view: GpuView, point: vec3<f32>) -> f32 {
     return select(-1.0, depth - own, is_on_map(view, place) && glass_owners[at] != 0u);
 }
 
-// Where a ray inside a body leaves it, and by which face; not there for a surface without a body behind it.
+// Place where a ray inside a body leaves it, and the face; `is_there` is false for a surface without a body
+// behind it.
 fn way_out(view: GpuView, start: vec3<f32>, ray: vec3<f32>) -> Left {
     let place = map_place(view, start);
     if !is_on_map(view, place) || glass_owners[2u * texel_index(view, place) + 1u] == 0u {
@@ -92,7 +95,7 @@ fn behind_opaque(view: GpuView, point: vec3<f32>) -> f32 {
     return -point.z - (view.near + depth * (view.far - view.near));
 }
 
-// Place where a ray meets the opaque depths first.
+// First place where a ray meets the opaque depths.
 fn meets_opaque(view: GpuView, start: vec3<f32>, ray: vec3<f32>) -> Landed {
     let nowhere = Landed(false, vec2(0.0));
     if ray.z >= 0.0 {
@@ -119,7 +122,7 @@ fn meets_opaque(view: GpuView, start: vec3<f32>, ray: vec3<f32>) -> Landed {
             let place = map_place(view, point);
             let texel = vec2<u32>(clamp(place, vec2(0.0), view.size - 1.0));
             let depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
-            // Past the edge of something nearer, it goes on behind it.
+            // Past the edge of a nearer surface, the ray goes on behind it.
             let is_surface = behind_opaque(view, point) < NEAR_SURFACE * texel_at(view, point);
             if is_surface && depth < 1.0 {
                 return Landed(is_on_map(view, place), place);
@@ -130,7 +133,7 @@ fn meets_opaque(view: GpuView, start: vec3<f32>, ray: vec3<f32>) -> Landed {
     return nowhere;
 }
 
-// Place where a ray through `texel` lands, by the face that it enters by.
+// Place where a ray through `texel` lands, by the face `number` through which it enters.
 fn landing(view: GpuView, texel: vec2<f32>, number: u32) -> Landed {
     let nowhere = Landed(false, vec2(0.0));
     let entry = glass_face(view, number);

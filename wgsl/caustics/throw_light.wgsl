@@ -1,5 +1,5 @@
-// caustics, throw: adds the light of a map's texels where glass throws it. One invocation per texel. CPU reference:
-// crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
+// caustics, throw: adds the light of a map's texels to the texels where glass throws it. One invocation per
+// texel. CPU reference: crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
 
 import package::bind::changed::caustics;
 import package::bind::read::glass_owners;
@@ -11,7 +11,7 @@ import package::records::view::GpuView;
 
 override WORKGROUP_SIZE: u32;
 
-// Adds to a texel; a sum that passes 32 bits is carried, so that the result does not depend on the order.
+// Adds to a texel; a sum past 32 bits carries, so that the result does not depend on the order.
 fn add_caustic(view: GpuView, place: vec2<f32>, light: vec3<f32>) {
     let texel = vec2<u32>(clamp(place, vec2(0.0), view.size - 1.0));
     let first = 4u * (caustic_params.first + texel.y * u32(view.size.x) + texel.x);

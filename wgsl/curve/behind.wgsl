@@ -1,5 +1,5 @@
-// What follows a tile's pairs, one insertion after another: hits that still wait in order, volumes that
-// contain the light, casters whose pairs did not fit.
+// Steps behind a tile's pairs, an insertion each: hits that still wait in order, volumes that contain the
+// light, and casters whose pairs did not fit.
 
 import package::records::view::GpuView;
 import choice::output::{is_scattered, open_rest, tile_steps};
@@ -8,7 +8,7 @@ import choice::visit::{join_waiting, waiting_steps};
 var<private> has_casters: bool; // with pairs or without
 var<private> steps_behind: u32; // none where no caster is
 
-// `first`, `end`: of the pairs.
+// `first`, `end`: range of the pairs.
 fn find_steps(first: u32, end: u32) {
     has_casters = (first < end) | is_scattered();
     steps_behind = select(0u, waiting_steps() + tile_steps(), has_casters);

@@ -1,6 +1,6 @@
 // Bodies in curves: puffs, and stretches of volumes, in which light falls exponentially. Ramps are linear, so
-// while a curve has a free node, its ramp that bends most becomes two, with the light in the middle right.
-// CPU reference: crates/gobo-reference/src/curve/bodies.rs.
+// while a curve has a free node, the ramp that bends most is split in two, with the exact light in its
+// middle. CPU reference: crates/gobo-reference/src/curve/bodies.rs.
 
 import package::curve::lights::{Lights, difference, scaled, selected, white};
 import package::curve::list::{coded, light_behind, selected_node};
@@ -9,23 +9,23 @@ import package::features::{HAS_OVER, HAS_PUFFS, HAS_SOFTENING, HAS_VOLUMES, NODE
 import choice::nodes::{node_at, node_count, set_node};
 import choice::rows::{RowBits, RowIs, Rows, any_row};
 
-// Least difference between the square roots of the light in front of a body and behind it at which it is
-// worth two nodes: in its middle, the line is off by half of its square.
+// Least difference between the square roots of the light in front of a body and behind it for which it is
+// split: in its middle, the line is off by half the square of that difference.
 const MIN_BEND: f32 = 0.0625;
-const SHORTEST: u32 = 4u; // ramp that becomes two, in fixed point
-const MIN_ROOT: f32 = 0.022097087; // of light: black counts as 1/2048
+const SHORTEST: u32 = 4u; // shortest ramp that is split, in fixed point
+const MIN_ROOT: f32 = 0.022097087; // least root of light: black counts as 1/2048
 
 var<private> alone: RowBits;     // bit i: node i is a single hit, not merged
 var<private> new_index: RowBits; // index of the inserted node
 
-// The ramp that bends most.
+// The ramp that deviates most from the exponential.
 struct Bent {
     bend: Rows,
     index: RowBits,
-    light: Lights, // in its middle
+    light: Lights, // in the ramp's middle
 }
 
-// Whether any ramp may be a body. With `over` light may grow inside one.
+// Whether any ramp may be a body. With `over`, light may grow inside one.
 fn has_bodies() -> bool {
     return (HAS_PUFFS || HAS_VOLUMES) && !HAS_OVER;
 }
@@ -43,7 +43,7 @@ fn has_bit(bits: RowBits, i: RowBits) -> RowIs {
     return ((bits >> i) & RowBits(1u)) == RowBits(1u);
 }
 
-// Follows an insertion at `new_index`. Where it fits, the first node was free.
+// Updates `alone` after an insertion at `new_index`. Where the node fits, the first one was free.
 fn follow_insertion(counts: RowIs, fits: RowIs) {
     if !has_bodies() {
         return;
@@ -53,12 +53,12 @@ fn follow_insertion(counts: RowIs, fits: RowIs) {
     alone = select(select(alone, open, counts), open >> RowBits(1u), fits);
 }
 
-// Follows the merge of `best`.
+// Updates `alone` after the merge `best`.
 fn follow_merge(best: Merge, counts: RowIs) {
     if !has_bodies() {
         return;
     }
-    // One that absorbs nothing leaves the other as it is.
+    // A node that absorbs nothing leaves the other as it is.
     let second = (best.between == best.behind) & has_bit(alone, best.index);
     let kept = select(second, has_bit(alone, best.index + 1u), best.before == best.between);
     let merged = select(RowBits(0u), RowBits(1u) << best.index, kept);
@@ -66,7 +66,7 @@ fn follow_merge(best: Merge, counts: RowIs) {
     alone = select(alone, (alone & below(best.index)) | merged | behind, counts);
 }
 
-// Splits bodies while nodes are free; one is left for a ramp of the softening.
+// Splits bodies while nodes are free, but for one that softening needs.
 fn split_bodies() {
     if !has_bodies() {
         return;
@@ -97,13 +97,17 @@ fn most_bent() -> Bent {
         let node = node_at(i);
         let root_behind = root(light_behind(node));
         let bend = difference(before, root_behind);
-        // No ramp may start in the front half.
+        // No other ramp may start in its front half.
         let next = select(node_at(i + 1u).span >> RowBits(16u), RowBits(0xffffu), RowIs(i + 1u == NODES));
         let long = (node.span & RowBits(0xffffu)) >= (node.span >> RowBits(16u)) + SHORTEST;
         let single = has_bit(alone, RowBits(i));
         let is = long & single & (next >= middle_of(node.span)) & (bend > most.bend);
         let least = Rows(MIN_ROOT);
-        let behind = Lights(max(root_behind.red, least), max(root_behind.green, least), max(root_behind.blue, least));
+        let behind = Lights(
+            max(root_behind.red, least),
+            max(root_behind.green, least),
+            max(root_behind.blue, least),
+        );
         most = Bent(
             select(most.bend, bend, is),
             select(most.index, RowBits(i), is),
@@ -114,7 +118,7 @@ fn most_bent() -> Bent {
     return most;
 }
 
-// Moves what is in front of the bent ramp into the free node; the two halves follow.
+// Moves the nodes in front of the split ramp into the free node; its two halves follow.
 fn halve(most: Bent, is: RowIs) {
     let half = coded(RowBits(0u), most.light);
     for (var i = 0u; i < unrolled(node_count); i += 1u) {

@@ -27,7 +27,7 @@ const TRACE: f32 = 0.0000152587890625; // presence below which hits set no start
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> opaque_depth: Rows;
 var<private> nearest: Rows;
-var<private> passed: Lights; // with `keeps`: behind all hits; light behind the curve is laid aside otherwise
+var<private> passed: Lights; // with `keeps`: light behind all hits; otherwise that light is laid aside
 var<private> lost: Lights;   // with `keeps`: absorbed, not yet multiplied into `passed`
 var<private> traces: Rows;   // presence of the hits since one set a start or an end, with `FAINT`
 // Hits that have not been inserted into the curve; start 2 if there are none.
@@ -35,10 +35,10 @@ var<private> open_start: Rows;
 var<private> open_end: Rows;
 var<private> open_light: Lights;
 var<private> open_added: Lights; // added by `over`
-// Scale of the affine transfer of all hits, for light from behind a segment.
+// Scale of the affine transfer of all hits, for light that comes from behind a segment.
 var<private> scale: Lights;
 
-// Whether faint absorption is kept apart: where light only passes hits.
+// Whether faint absorption is kept apart: only where hits do nothing but pass light on.
 fn keeps() -> bool {
     return FAINT && !HAS_OVER && !HAS_VOLUMES;
 }
@@ -92,7 +92,7 @@ fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
         keep(absorbed);
     }
     if FAINT {
-        // Many hits below `TRACE` have a depth together.
+        // Many hits below `TRACE` share a depth.
         traces += presence;
         placed = traces >= Rows(TRACE);
         traces = select(traces, Rows(0.0), placed);
@@ -103,7 +103,7 @@ fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
     return placed;
 }
 
-// Adds light of what is no hit to the open ones.
+// Adds light that is no hit's to the open hits.
 fn join_rest(light: Lights) {
     open_light = scaled(open_light, light);
     if keeps() {
@@ -124,7 +124,7 @@ fn join_ramp(ramp: Ramp) -> RowIs {
     return ramp.is;
 }
 
-// Updates the nearest depth by a hit.
+// Lowers the nearest depth to a visible hit's.
 fn see(depth: Rows, presence: Rows) {
     nearest = select(nearest, depth, (presence >= Rows(VISIBLE_PRESENCE)) & (depth < nearest));
 }
@@ -134,7 +134,7 @@ fn must_flush(placed: RowIs) -> bool {
     return any_row(placed);
 }
 
-// Merges what the last insertion left too many of.
+// Merges nodes where the last insertion left too many.
 fn merge() {
     merge_nodes();
     lay_kept();
@@ -177,8 +177,7 @@ fn nearest_seen() -> Rows {
     return nearest;
 }
 
-// Whether nothing at or behind light depth `front` can change these texels. Valid at the end of a slab
-// only.
+// Whether nothing at or behind light depth `front` can change these texels. Valid only at the end of a slab.
 fn settled(front: f32) -> bool {
     if HAS_VOLUMES {
         return false;

@@ -6,7 +6,7 @@ import package::curve::node::{DEPTHS, curve_layer, node_length, node_passed, nod
 import package::features::NODES;
 import package::records::view::GpuView;
 
-// What a node passes at depth `z`, in fixed point.
+// Share of light that a node passes up to depth `z`, in fixed point.
 fn passed_at(node: vec2<u32>, z: f32) -> vec3<f32> {
     let start = node_start(node);
     let share = clamp((z - start) / max(node_length(node), 1e-6), 0.0, 1.0);

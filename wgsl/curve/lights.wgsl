@@ -58,7 +58,7 @@ fn selected(a: Lights, b: Lights, is: RowIs) -> Lights {
     return Lights(select(a.red, b.red, is), select(a.green, b.green, is), select(a.blue, b.blue, is));
 }
 
-// The largest difference of a channel.
+// The largest difference in any channel.
 fn difference(a: Lights, b: Lights) -> Rows {
     return max(max(abs(a.red - b.red), abs(a.green - b.green)), abs(a.blue - b.blue));
 }
@@ -75,7 +75,7 @@ fn encode(v: Rows) -> RowBits {
         }
         return bits;
     }
-    // Only a late hit may brighten what is behind it past white.
+    // Only a late hit may brighten the light behind it past white.
     let most = select(3.4e38, 1.0, HAS_OVER || HAS_VOLUMES);
     return RowBits(round(min(v, Rows(most)) * 65535.0));
 }

@@ -22,7 +22,7 @@ struct Node {
 var<private> disordered: u32; // hits out of order, inside a merged ramp
 var<private> latest: RowBits; // largest start of a hit so far
 var<private> adding: Lights;  // light that the inserted hit adds, by `over`
-var<private> overfull: RowIs; // curves with one node more than fits
+var<private> overfull: RowIs; // curves with one node too many
 
 fn coded(span: RowBits, light: Lights) -> Node {
     let mean = (light.red + light.green + light.blue) * (1.0 / 3.0);
@@ -49,7 +49,7 @@ fn selected_node(a: Node, b: Node, is: RowIs) -> Node {
     );
 }
 
-// `in_tile`: of the invocation; those of a workgroup are neighbours.
+// `in_tile`: texel of the invocation; those of a workgroup are neighbours.
 fn clear_list(in_tile: vec2<u32>) {
     disordered = 0u;
     latest = RowBits(0u);
@@ -80,8 +80,9 @@ fn is_saturated() -> RowIs {
     return is & RowIs(!(HAS_GAIN || HAS_OVER));
 }
 
-// Inserts one hit, or several from `start` to `end`, in each texel where `is` holds. `light`: their
-// transmittance; `passed`: that of all hits so far. A full curve then has a node more than fits, until `merge_nodes`.
+// Inserts one hit, or several from `start` to `end`, in each texel where `is` holds. `light`: transmittance
+// of the inserted hits; `passed`: of all hits so far. A full curve then has one node too many, until
+// `merge_nodes`.
 fn insert(start: RowBits, end: RowBits, light: Lights, passed: Lights, is: RowIs) {
     let counts = add_node(start, end, light, passed, is);
     let fits = counts & has_free_node();
@@ -92,12 +93,12 @@ fn insert(start: RowBits, end: RowBits, light: Lights, passed: Lights, is: RowIs
     }
 }
 
-// Whether some curve has a node more than fits.
+// Whether some curve has one node too many.
 fn must_merge() -> bool {
     return any_row(overfull);
 }
 
-// Merges the two neighbours that cost least, in curves with a node more than fits.
+// Merges the two neighbours whose merge costs least, in curves with one node too many.
 fn merge_nodes() {
     let best = cheapest_merge();
     follow_merge(best, overfull);
@@ -105,11 +106,11 @@ fn merge_nodes() {
     overfull = RowIs(false);
 }
 
-// Adds one node, behind or between the others; returns where one was added.
+// Adds a node behind or between the others; returns where one was added.
 fn add_node(start: RowBits, end: RowBits, light: Lights, passed: Lights, is: RowIs) -> RowIs {
     let span = (start << RowBits(16u)) | end;
     let last = node_at(NODES - 1u).span <= span;
-    // Nothing behind black is visible, so that a walk may stop there.
+    // Nothing behind black is visible: there a walk may stop.
     let counts = is & !(last & is_saturated());
     insert_between(span, light, passed, last, counts);
     return counts;

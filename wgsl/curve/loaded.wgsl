@@ -1,5 +1,5 @@
-// A node of an invocation's texels, from a map or a segment. CPU reference: crates/gobo-reference/src/curve/mod.rs,
-// `unpack`.
+// A node of an invocation's texels, from a map or a segment. CPU reference:
+// crates/gobo-reference/src/curve/mod.rs, `unpack`.
 
 import package::curve::lights::Lights;
 import package::curve::node::{DEPTHS, EVEN, LEVELS, OCTAVE, grows};

@@ -1,5 +1,5 @@
-// Mean of several curves in a few nodes: their depths are cut at the longest gaps. CPU reference:
-// crates/gobo-reference/src/curve/mean.rs.
+// Mean of several curves in a few nodes: each node joins the ramps between two of the longest gaps in depth.
+// CPU reference: crates/gobo-reference/src/curve/mean.rs.
 
 import choice::below::{child_ramp, child_share, start_child};
 import package::curve::node::{
@@ -15,17 +15,17 @@ struct Ramp {
 
 const BINS: u32 = 32u; // bins of the depths, between which gaps are found
 
-var<private> part_low: u32;  // twice the first middle, and the last one's
+var<private> part_low: u32;  // twice the middle of the first ramp, and of the last
 var<private> part_high: u32;
 var<private> per_range: f32;
 var<private> part_cuts: u32; // first bins of the further parts
 var<private> part_count: u32; // parts that hold ramps
-var<private> part_light: vec3<f32>; // behind the parts so far
-var<private> part_stored: vec3<f32>; // the same of their nodes, which are rounded
+var<private> part_light: vec3<f32>; // mean light behind the parts so far
+var<private> part_stored: vec3<f32>; // the same light as the stored nodes give it, which are rounded
 
-var<private> light_before: vec3<f32>; // behind a child's ramps so far
+var<private> light_before: vec3<f32>; // light behind a child's ramps so far
 
-// Ramp of the next node of a child.
+// Ramp of a child's next node.
 fn next_ramp(node: vec2<u32>) -> Ramp {
     let start = node_start(node);
     let light = light_before * node_passed(node);
@@ -43,7 +43,7 @@ fn ramp_middle(ramp: Ramp) -> u32 {
     return 2u * u32(ramp.start) + u32(round(ramp.length));
 }
 
-// The quotient of whole numbers, corrected from floats: llvmpipe divides integers one by one.
+// An exact integer quotient, corrected from floats: llvmpipe divides integers one by one.
 fn ramp_bin(ramp: Ramp) -> u32 {
     let above = (ramp_middle(ramp) - part_low) * BINS;
     let range = part_high - part_low + 1u;
@@ -52,8 +52,8 @@ fn ramp_bin(ramp: Ramp) -> u32 {
     return least + select(0u, 1u, (least + 1u) * range <= above);
 }
 
-// Finds the parts, at most `parts`. A child has some ramps: their loops end with the test, as llvmpipe executes a body
-// once more where it comes first.
+// Finds the parts, at most `parts`. Every child has ramps: the loops test at their end, because llvmpipe runs
+// a body once more where the test comes first.
 fn find_parts(children: u32, ramps: u32, parts: u32) {
     part_light = vec3(1.0);
     part_stored = vec3(1.0);
@@ -96,8 +96,8 @@ fn find_parts(children: u32, ramps: u32, parts: u32) {
 
 // Mask of the bins behind the `most` longest gaps; of equal gaps, the first.
 fn longest_gaps(mask: u32, most: u32) -> u32 {
-    var near = 0u; // behind a bin, by so much or less
-    var cuts = mask & (mask - 1u); // behind gaps as long, or longer
+    var near = 0u; // bins within that distance behind a bin with ramps
+    var cuts = mask & (mask - 1u); // bins behind gaps at least as long
     var longer = cuts;
     for (var gap = 1u; gap < BINS && countOneBits(longer) > most; gap += 1u) {
         cuts = longer;
@@ -112,7 +112,7 @@ fn longest_gaps(mask: u32, most: u32) -> u32 {
     return longer;
 }
 
-// Node of part `number`; call it for the parts in order.
+// Node of part `number`; parts must be asked for in order.
 fn part_node(number: u32, children: u32, ramps: u32) -> vec2<u32> {
     var weight = 0.0;
     var sum = 0.0;

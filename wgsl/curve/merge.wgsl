@@ -1,4 +1,5 @@
-// The cheapest merge of two neighbours among the nodes of a curve. CPU reference: crates/gobo-reference/src/curve/mod.rs.
+// The cheapest merge of two neighbours among the nodes of a curve. CPU reference:
+// crates/gobo-reference/src/curve/mod.rs.
 
 import package::curve::lights::level;
 import package::features::{HAS_GAIN, NODES, unrolled};
@@ -7,16 +8,16 @@ import choice::rows::{RowBits, RowIs, Rows};
 
 struct Merge {
     cost: Rows,
-    index: RowBits,  // of the first of both
-    before: Rows,    // mean light in front of both, behind the first, and behind both
+    index: RowBits,  // of the pair's first node
+    before: Rows,    // mean light in front of the pair, behind its first node, and behind both
     between: Rows,
     behind: Rows,
     first: RowBits,  // spans
     second: RowBits,
-    next: RowBits,   // of the node behind both
+    next: RowBits,   // span of the node behind the pair
 }
 
-// Cost of a merge: the area between the curve and the straight line over both; 0 if one of them absorbs
+// Cost of a merge: the area between the curve and the straight line over both ramps; 0 if one of them absorbs
 // nothing.
 fn cheapest_merge() -> Merge {
     var best = Merge(
@@ -55,7 +56,7 @@ fn cheapest_merge() -> Merge {
     return best;
 }
 
-// Span of the ramp with the mean and variance of both, clamped to what they span.
+// Span of a ramp with the mean and variance of both ramps, clamped to their joint span.
 fn merged_span(best: Merge) -> RowBits {
     let start_a = Rows(best.first >> RowBits(16u));
     let end_a = Rows(best.first & RowBits(0xffffu));
@@ -78,7 +79,7 @@ fn merged_span(best: Merge) -> RowBits {
     let spread = first * (length_a * length_a + 3.0 * off_a * off_a)
         + second * (length_b * length_b + 3.0 * off_b * off_b);
     let half_middle = 0.5 * middle;
-    // Of overlapping ramps the first may end last.
+    // The first of two overlapping ramps may end last.
     let last = max(end_a, end_b);
     let length = max(min(min(0.5 * sqrt(spread), half_middle - start_a), last - half_middle), Rows(0.0));
     let start = RowBits(round(half_middle - length));
@@ -87,7 +88,7 @@ fn merged_span(best: Merge) -> RowBits {
     return in_order(span, best.next);
 }
 
-// The span, changed to be no later than that of the node behind it: nodes ascend.
+// The span, moved to start no later than the node behind it: nodes ascend.
 fn in_order(span: RowBits, next: RowBits) -> RowBits {
     let first = next >> RowBits(16u);
     let start = min(span >> RowBits(16u), first);

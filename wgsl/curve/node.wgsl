@@ -1,19 +1,19 @@
-// Format of a curve in a map: nodes of 8 bytes. CPU reference: crates/gobo-reference/src/curve/format.rs. Start (16 bits), square
-// root of the length (12), red, green, blue that the node passes by itself (12 each). Light at a depth is the product
-// of the nodes. A node that starts at 0 is unused, and passes all.
+// Format of a curve in a map: nodes of 8 bytes. CPU reference: crates/gobo-reference/src/curve/format.rs.
+// Start (16 bits), square root of the length (12), red, green and blue that the node alone passes (12 each).
+// Light at a depth is the product of the nodes. A node that starts at 0 is unused, and passes all light.
 
 import package::features::{HAS_BRICKS, HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
 import package::sums::sums::BLACK;
 
 const DEPTHS: f32 = 65535.0;
 const LEVELS: f32 = 4095.0;
-// Of nodes that may amplify: the level of 1, and levels of an octave.
+// Levels of nodes that may amplify: that of 1, and the number in an octave.
 const EVEN: f32 = 2048.0;
 const OCTAVE: f32 = 204.8;
-// Least light of such a curve.
+// Least light that such a node can pass.
 const LEAST: f32 = 0.0009765625;
 
-// Whether light may grow along a ray. Look-ups have `HAS_GAIN` for both.
+// Whether light may grow along a ray. Look-ups have `HAS_GAIN` for both features.
 fn grows() -> bool {
     return HAS_GAIN || HAS_OVER;
 }
@@ -27,7 +27,7 @@ fn node_of_pair(pair: vec4<u32>, k: u32) -> vec2<u32> {
     return select(pair.xy, pair.zw, (k & 1u) != 0u);
 }
 
-// Nodes of a curve up to the last used one of a pair; 0 if it has none.
+// Number of nodes of a curve up to the last used one of a pair; 0 if the pair is unused.
 fn used_nodes(nodes: vec4<u32>, pair: u32) -> u32 {
     let first = select(0u, 2u * pair + 1u, node_start(nodes.xy) > 0.0);
     return select(first, 2u * pair + 2u, node_start(nodes.zw) > 0.0);
@@ -47,7 +47,7 @@ fn node_bits(node: vec2<u32>) -> vec3<u32> {
     return vec3(((node.x & 15u) << 8u) | (node.y >> 24u), (node.y >> 12u) & 0xfffu, node.y & 0xfffu);
 }
 
-// What a node passes.
+// Light that a node passes, of 1 in front of it.
 fn node_passed(node: vec2<u32>) -> vec3<f32> {
     let bits = node_bits(node);
     return passed_of(bits, vec3<f32>(bits) / LEVELS);
@@ -60,7 +60,8 @@ fn passed_of(bits: vec3<u32>, share: vec3<f32>) -> vec3<f32> {
     return share;
 }
 
-// Length and share but for their last bit: compilers of llvmpipe keep divisions by constants.
+// Length and light passed, exact but for the last bit: llvmpipe's compiler does not turn divisions by
+// constants into products.
 fn quick_length(node: vec2<u32>) -> f32 {
     let root = f32((node.x >> 4u) & 0xfffu);
     return root * root * (DEPTHS / (LEVELS * LEVELS));
@@ -71,7 +72,7 @@ fn quick_passed(node: vec2<u32>) -> vec3<f32> {
     return passed_of(bits, vec3<f32>(bits) * (1.0 / LEVELS));
 }
 
-// What a node passes so that `light` is left of `before`.
+// Light that a node must pass so that `light` is left of `before`.
 fn passed_to(light: vec3<f32>, before: vec3<f32>) -> vec3<f32> {
     let passed = light / max(before, vec3(1e-9));
     if grows() {

@@ -1,4 +1,4 @@
-// Nodes of curves during insertion, in workgroup memory: a texel has its own, so that none waits for another.
+// Nodes of curves during insertion, in workgroup memory: each texel has its own, so that no invocation waits.
 
 import package::bind::uniform::views;
 import package::curve::lights::Lights;
@@ -12,10 +12,10 @@ var<private> lane_slot: u32;
 var<private> node_count: u32;
 var<private> kept_light: Lights;
 
-// `in_tile`: of the invocation; those of a workgroup are 8 x 8 neighbours.
+// `in_tile`: texel of the invocation; those of a workgroup are 8 x 8 neighbours.
 fn open_nodes(in_tile: vec2<u32>) {
     lane_slot = (in_tile.y & 7u) * 8u + (in_tile.x & 7u);
-    // Always all. Compilers do not know that: they would write loops out, with all nodes in registers.
+    // Always `NODES`. Compilers must not know: they would unroll loops, with all nodes in registers.
     node_count = select(0u, NODES, views[0].tiles_x > 0u);
 }
 
@@ -27,7 +27,7 @@ fn set_node(i: u32, node: Node) {
     nodes[i][lane_slot] = node;
 }
 
-// Lays light aside between insertions, in the node that is free then: after the merge where one is due.
+// Keeps light between insertions in the node that is free then: after the merge where one is due.
 fn lay_aside(light: Lights, overfull: bool) {
     kept_light = light;
     if !overfull {

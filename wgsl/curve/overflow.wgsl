@@ -1,6 +1,6 @@
-// Scattered casters, whose pairs fit neither the budget nor the parts of the tiles that were recorded, as one
-// hit behind those that did: pairs get capacity front to back.
-// Resets the sums to zero. CPU reference: crates/gobo-reference/src/curve/tile.rs.
+// Scattered casters, whose pairs fit neither the budget nor the recorded parts of the tiles, as one hit
+// behind all others: pairs get capacity front to back. Resets the sums to zero. CPU reference:
+// crates/gobo-reference/src/curve/tile.rs.
 
 import package::curve::lights::{Lights, white, with_light};
 import package::curve::volumes::rest_of_volumes;
@@ -13,14 +13,15 @@ import choice::sums::{clear_sums, load_nearness, load_sums};
 struct Overflowed {
     sums: array<vec3<i32>, ROW_COUNT>,
     light: Lights,
-    depth: Rows, // of the nearest visible one, 1 for none
+    depth: Rows, // of the nearest visible caster, 1 for none
 }
 
 fn nothing_overflowed() -> Overflowed {
     return Overflowed(array<vec3<i32>, ROW_COUNT>(), white(), Rows(1.0));
 }
 
-// `is_any`: the tile has some. A loop of a turn, because software adapters take both sides of a branch.
+// `is_any`: whether the tile has scattered casters. A loop of one turn, because software adapters take both
+// sides of a branch.
 fn overflowed(first_sum: u32, is_any: bool) -> Overflowed {
     var rest = nothing_overflowed();
     for (var turn = 0u; turn < u32(is_any); turn += 1u) {

@@ -4,7 +4,7 @@
 
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES};
 
-const CHANGE_WORDS: u32 = 7u; // scale; its surface part, last face; surface light; density; crossed; `Unentered`
+const CHANGE_WORDS: u32 = 7u; // scale; surface scale, last face; surface light; density; crossed; `Unentered`
 
 fn first_node() -> u32 {
     return 1u + select(0u, CHANGE_WORDS, HAS_OVER || HAS_VOLUMES);

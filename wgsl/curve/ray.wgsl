@@ -1,6 +1,6 @@
-// Accumulator: curves of an invocation's texels by two walks, of hits that only pass light on. The first walk finds the
-// light behind all hits, how many there are, where, and what pairs of neighbours cost. CPU reference:
-// crates/gobo-reference/src/curve/two_walks.rs.
+// Accumulator: curves of an invocation's texels by two walks, for hits that only pass light on. The first
+// walk finds the light behind all hits, their number and extent, and the costs of joining neighbours. CPU
+// reference: crates/gobo-reference/src/curve/two_walks.rs.
 
 import package::bind::sampled::opaques;
 import package::curve::bodies::{MIN_BEND, SHORTEST};
@@ -18,67 +18,67 @@ import choice::visit::{OFTEN_FEW, READS_OPAQUE, visit_caster};
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
 const TRACE: f32 = 0.0000152587890625; // presence below which hits have no place of their own: 2^-16
-const LEAST_GAP: f32 = 0.00390625; // that strong hits close together cost something, too: 1/256
-const COST_BINS: u32 = 32u; // of the costs of pairs, about half an octave each
+const LEAST_GAP: f32 = 0.00390625; // of a pair: so strong hits close together still cost something
+const COST_BINS: u32 = 32u; // of the pairs' costs, about half an octave each
 
 struct Texel {
     light: vec3<f32>, // behind the hits so far
-    lost: vec3<f32>,  // with `FAINT`: absorbed, not yet multiplied into it
-    traces: f32,      // with `FAINT`: presence of the hits since one had a place
+    lost: vec3<f32>,  // with `FAINT`: absorbed, not yet multiplied into `light`
+    traces: f32,      // with `FAINT`: presence of the hits since the last place
     nearest: f32,     // light depths: of the nearest visible hit, and of the opaque surface
     opaque: f32,
-    at: f32,          // the largest depth of a place so far
+    at: f32,          // largest depth of a place so far
     took: f32,        // light that the hit at the last place took, the sum of its channels
     count: u32,       // hits that have places
-    first: f32,       // light depths between which they are
+    first: f32,       // first and last light depth of these places
     last: f32,
-    all: f32,         // light that they take
-    low_bins: vec4<u32>, // pairs of neighbours by their costs, 8 bits each: right up to 255
+    all: f32,         // light that these hits take
+    low_bins: vec4<u32>, // pairs of neighbours by cost, 8 bits per bin: exact up to 255
     high_bins: vec4<u32>,
-    bends: f32,       // of bodies that are left
+    bends: f32,       // of the bodies still to come
     // In the second walk:
-    spare: u32,       // nodes for bodies
-    bin: u32,         // pairs are joined below it, and so many in it
+    spare: u32,       // nodes to split bodies with
+    bin: u32,         // pairs that cost less are joined, and `equal` pairs of this bin
     equal: u32,
     seen: u32,        // hits so far
     used: u32,        // nodes so far
     gone: f32,        // light lost so far
     open: bool,
-    place: f32,       // at which the open node began, and at which it ends
+    place: f32,       // on the ray: where the open node began, and where it ends
     cut: f32,
-    before: vec3<f32>, // light in front of it, behind what is not its own
-    low: f32,         // light depths that it spans
+    before: vec3<f32>, // light in front of the open node, but for that lost to hits with nodes of their own
+    low: f32,         // light depths that the open node spans
     high: f32,
-    anchor: f32,      // its first
+    anchor: f32,      // start of its first hit
     taken: f32,       // light, and the first two moments of its depth from `anchor`
     sum: f32,
     square: f32,
-    owed: vec3<f32>,  // what rounding has taken of the nodes so far
-    pending: vec2<u32>, // the first node of a pair
+    owed: vec3<f32>,  // light that rounding took from the nodes so far
+    pending: vec2<u32>, // first node of a pair, not yet stored
 }
 
-// What a caster does to the light of a ray.
+// Effect of a caster on the light of a ray.
 struct RayHit {
     absorbed: vec3<f32>,
-    depth: f32,    // light depths: of the hit, and between which it takes light
+    depth: f32,    // light depths: of the hit, and of the stretch where it takes light
     start: f32,
     end: f32,
-    presence: f32, // what sets depths; 0 for none
+    presence: f32, // weight of the hit in depths; 0 for none
 }
 
-// A hit at its place.
+// A hit with its place on the ray.
 struct Placed {
     is: bool,
     light: vec3<f32>,  // in front of the hit, and behind
     behind: vec3<f32>,
-    z: f32,            // the largest depth so far
+    z: f32,            // largest depth of a place so far
     taken: f32,
-    bin: u32,          // of joining it to the hit before
+    bin: u32,          // cost bin of joining the hit to the one before
 }
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> texels: array<Texel, ROWS>;
-// Transmittance of all hits, and depth of the nearest visible one, of each texel.
+// Transmittance of all hits, and depth of the nearest visible one, per texel.
 var<private> found: array<vec4<f32>, ROWS>;
 var<private> is_second: bool;
 
@@ -131,7 +131,7 @@ fn is_dark(light: vec3<f32>) -> bool {
     return !grows() && all(light < vec3(BLACK));
 }
 
-// The bin of a pair's cost.
+// Cost bin of a pair.
 fn bin_of(cost: f32) -> u32 {
     let half_octaves = bitcast<u32>(cost) >> 22u;
     return min(max(half_octaves, 254u - COST_BINS) - (254u - COST_BINS), COST_BINS - 1u);
@@ -144,7 +144,7 @@ fn bin_count(t: ptr<function, Texel>, bin: u32) -> u32 {
     return (select(low, high, (bin & 8u) != 0u) >> (8u * (bin & 3u))) & 255u;
 }
 
-// How much a body bends the light's fall: the difference of roots, where that is worth a node.
+// Deviation of a body's light from a straight line: the difference of roots, where that is worth a node.
 fn bend_of(hit: RayHit, placed: Placed) -> f32 {
     let roots = sqrt(max(placed.light, vec3(0.0))) - sqrt(max(placed.behind, vec3(0.0)));
     let bend = max(max(abs(roots.r), abs(roots.g)), abs(roots.b));
@@ -152,7 +152,7 @@ fn bend_of(hit: RayHit, placed: Placed) -> f32 {
     return select(0.0, bend, is_long && bend > MIN_BEND && placed.is);
 }
 
-// The pairs that cost least are joined, as many as hits exceed nodes.
+// Finds which pairs to join: those that cost least, as many as there are more hits than nodes.
 fn find_joined(t: ptr<function, Texel>) {
     (*t).spare = max(NODES, (*t).count + u32(HAS_SOFTENING)) - ((*t).count + u32(HAS_SOFTENING));
     (*t).bin = 0u;
@@ -165,7 +165,7 @@ fn find_joined(t: ptr<function, Texel>) {
     }
 }
 
-// Adds a hit to the light. It has no place behind black, where only what comes late can change anything.
+// Adds a hit to the light. Behind black it has a place only if it comes late, where it can change something.
 fn pass_hit(t: ptr<function, Texel>, hit: RayHit) -> Placed {
     let light = light_of(t);
     let acts = !is_dark(light) || hit.start < (*t).at;
@@ -174,7 +174,7 @@ fn pass_hit(t: ptr<function, Texel>, hit: RayHit) -> Placed {
         let kept = keep((*t).light, (*t).lost, hit.absorbed);
         (*t).light = kept.passed;
         (*t).lost = kept.lost;
-        // Many hits below `TRACE` have a depth together.
+        // Many hits below `TRACE` share a place.
         let traces = (*t).traces + hit.presence;
         placed = traces >= TRACE;
         (*t).traces = select(traces, 0.0, placed);
@@ -193,7 +193,7 @@ fn go_on(t: ptr<function, Texel>, placed: Placed) {
     (*t).took = select(0.0, select((*t).took, placed.taken, placed.is), OFTEN_FEW);
 }
 
-// With `OFTEN_FEW` pairs are counted, and a hit has a node at once while nodes are free: one walk makes few hits' nodes.
+// With `OFTEN_FEW`, counts pairs, and gives hits nodes while some are free: one walk suffices for few.
 fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     let seen = hit.presence >= VISIBLE_PRESENCE;
     (*t).nearest = select((*t).nearest, min((*t).nearest, hit.depth), seen);
@@ -214,7 +214,7 @@ fn count_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     go_on(t, placed);
 }
 
-// Whether nodes wait for the second walk, which shares them among bodies.
+// Whether all nodes wait for the second walk, which splits bodies among the free ones.
 fn splits() -> bool {
     return HAS_PUFFS && SPLITS;
 }

@@ -1,4 +1,4 @@
-// Visits an invocation's texels with a caster of any kind that curves are made of by two walks.
+// Visits an invocation's texels with a caster of any kind whose curves are made by two walks.
 
 import package::curve::ray::{RayHit, ROWS, corner, texels, visit_hit};
 import package::features::unrolled;
@@ -7,7 +7,7 @@ import package::hit::hit::presence_of;
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
-const READS_OPAQUE: bool = true; // whatever there is
+const READS_OPAQUE: bool = true; // whatever the casters
 const OFTEN_FEW: bool = true;
 
 fn visit_caster(view: GpuView, footprint: Footprint) {

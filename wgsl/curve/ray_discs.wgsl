@@ -1,4 +1,5 @@
-// Visits an invocation's texels with soft discs of the `filter` transfer, which lanes of a subgroup prepare for all.
+// Visits an invocation's texels with soft discs of the `filter` transfer, which the lanes of a subgroup
+// prepare for each other.
 
 import package::curve::ray::{RayHit, ROWS, corner, texels, visit_hit};
 import package::features::unrolled;
@@ -6,8 +7,8 @@ import package::hit::disc::{Disc, broadcast_disc, disc_hit, disc_touches, prepar
 import package::records::footprint::Footprint;
 import package::records::view::GpuView;
 
-const READS_OPAQUE: bool = false; // only if there are any
-const OFTEN_FEW: bool = false; // they come by the hundred; what few hits need takes registers
+const READS_OPAQUE: bool = false; // only if there are opaque casters
+const OFTEN_FEW: bool = false; // discs come by the hundred; the code for few hits takes registers
 
 alias LaneCaster = Footprint;
 alias Payload = Disc;
@@ -32,7 +33,7 @@ fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
     return footprint;
 }
 
-// Whether it may touch texel centres in the box lo..hi.
+// Whether the disc may touch texel centres in the box lo..hi.
 fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     return disc_touches(view, caster.bounds, lo, hi);
 }

@@ -1,10 +1,11 @@
-// The second walk makes the nodes of a texel: of few hits, the pairs that cost least are joined; of many, each has a place
-// on the ray, half by the light that was lost and half by the depth that is gone, and a node ends behind its share of the
-// places. CPU reference, with the rule: crates/gobo-reference/src/curve/two_walks.rs.
+// The second walk makes the nodes of a texel. Of few hits, the pairs that cost least are joined. Of many,
+// each has a place on the ray, half by the light lost and half by the depth passed, and a node ends behind
+// its share of the places. CPU reference, with the rule: crates/gobo-reference/src/curve/two_walks.rs.
 
 import package::curve::node::{DEPTHS, grows, node_passed, packed_node};
 import package::curve::ray::{
-    Placed, RayHit, ROWS, Texel, bend_of, corner, found, go_on, is_finished, light_of, pass_hit, splits, texels, visit_hit,
+    Placed, RayHit, ROWS, Texel, bend_of, corner, found, go_on, is_finished, light_of, pass_hit,
+    splits, texels, visit_hit,
 };
 import package::features::{NODES, unrolled};
 import package::records::view::GpuView;
@@ -13,9 +14,9 @@ import choice::output::{scattered, scattered_light};
 import choice::visit::OFTEN_FEW;
 import choice::written::{end_nodes, put_node};
 
-const LEAST_ROOTED: f32 = 0.00048828125; // light that black counts as in roots: 1/2048
-const FEW: u32 = 6u; // times as many hits as nodes of which pairs are joined by cost
-const MOST_FEW: u32 = 64u; // and so many hits at most
+const LEAST_ROOTED: f32 = 0.00048828125; // in roots, black counts as this light: 1/2048
+const FEW: u32 = 6u; // largest ratio of hits to nodes at which pairs are joined by cost
+const MOST_FEW: u32 = 64u; // and largest number of such hits
 
 // A node to write.
 struct Ramp {
@@ -36,7 +37,7 @@ fn write_node(view: GpuView, t: ptr<function, Texel>, i: u32, ramp: Ramp, is: bo
     (*t).used += select(0u, 1u, is);
 }
 
-// Ramps of a hit that has a node of its own: bodies share the free nodes.
+// Number of ramps for a hit that has a node of its own: bodies share the free nodes.
 fn parts_of(t: ptr<function, Texel>, bend: f32) -> u32 {
     let share = bend / max((*t).bends, 1e-9) * f32((*t).spare);
     let more = min(u32(round(share)), (*t).spare);
@@ -45,7 +46,7 @@ fn parts_of(t: ptr<function, Texel>, bend: f32) -> u32 {
     return 1u + more;
 }
 
-// Writes a ramp as so many equal parts.
+// Writes a ramp as `parts` equal ones.
 fn write_parts(view: GpuView, t: ptr<function, Texel>, i: u32, ramp: Ramp, parts: u32, is: bool) {
     let root = pow(max(ramp.passed, vec3(LEAST_ROOTED)), vec3(1.0 / f32(parts)));
     let length = (ramp.end - ramp.start) / f32(parts);
@@ -57,12 +58,13 @@ fn write_parts(view: GpuView, t: ptr<function, Texel>, i: u32, ramp: Ramp, parts
     }
 }
 
-// Black where no light is to be seen.
+// Channels in which no light is visible.
 fn unseen(light: vec3<f32>) -> vec3<bool> {
     return light < vec3(select(BLACK, 0.0, grows()));
 }
 
-// Ramp of the open node, of the mean depth and the variance of the light that it takes. `light`: behind it.
+// Ramp of the open node, with the mean depth and variance of the light that it takes. `light`: behind the
+// node.
 fn open_ramp(t: ptr<function, Texel>, light: vec3<f32>) -> Ramp {
     let texel = *t;
     let share = 1.0 / max(texel.taken, 1e-30);
@@ -75,7 +77,7 @@ fn open_ramp(t: ptr<function, Texel>, light: vec3<f32>) -> Ramp {
     return Ramp(select(texel.low, mean - half, some), select(texel.high, mean + half, some), passed);
 }
 
-// Of a hit with a node of its own. Behind a dark one only what comes late is to be seen.
+// Ramp of a hit with a node of its own. Behind a dark node only late hits are visible.
 fn single_ramp(t: ptr<function, Texel>, hit: RayHit, placed: Placed) -> Ramp {
     let dark = unseen(placed.behind) & vec3(hit.start >= (*t).at);
     return Ramp(hit.start, hit.end, select(1.0 - hit.absorbed, vec3(0.0), dark));
@@ -154,7 +156,7 @@ fn place_hit(view: GpuView, t: ptr<function, Texel>, i: u32, hit: RayHit) {
     go_on(t, placed);
 }
 
-// Visits casters without pairs, as one step behind all others.
+// Visits the casters without pairs, as one hit behind all others.
 fn visit_scattered(view: GpuView) {
     for (var turn = 0u; turn < u32(scattered()); turn += 1u) {
         for (var i = 0u; i < unrolled(ROWS); i += 1u) {

@@ -1,5 +1,5 @@
-// Output: curves, filter and nearest depth of tiles with several segments, whose nodes are hits. CPU reference:
-// crates/gobo-reference/src/curve/tile.rs, `resolved`.
+// Output: curves, filter and nearest depth of tiles with several segments, whose nodes are taken as hits. CPU
+// reference: crates/gobo-reference/src/curve/tile.rs, `resolved`.
 
 import package::bind::read::partials;
 import package::bind::stored::{curves, filters, nearests};

@@ -16,7 +16,7 @@ fn before_segment(index: u32) {
     walked_segment = index;
 }
 
-// `resolve` has those of the tile.
+// Whether some casters have no pairs: `resolve` adds those of the tile.
 fn scattered() -> bool {
     return false;
 }
@@ -34,9 +34,15 @@ fn partial_at(corner: vec2<f32>, i: u32) -> u32 {
     return (sum_index(walked_segment, vec2<u32>(corner) % TILE_SIZE) + i * TILE_SIZE) * partial_size();
 }
 
-// Nodes 2 `pair` and the next.
+// Stores nodes 2 `pair` and 2 `pair` + 1.
 fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>) {
     partials[partial_at(corner, i) + first_node() + pair] = nodes;
+}
+
+fn store_nodes_where(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>, is: bool) {
+    if is {
+        store_nodes(view, corner, i, pair, nodes);
+    }
 }
 
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {

@@ -7,10 +7,10 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{blackened, light, nearness_to_depth};
 import package::traversal::lane::sum_index;
 import choice::accumulator::{ROWS, found};
-import choice::maps::{plain_alpha, store_map, store_pair};
+import choice::maps::{plain_alpha, store_map, store_pair, store_pair_where};
 import choice::sums::{clear_sums, load_nearness, load_sums};
 
-const SPLITS: bool = true; // free nodes go to bodies
+const SPLITS: bool = true; // bodies are split with free nodes
 
 var<private> walked_tile: u32;
 var<private> alpha_of_none: f32;
@@ -25,10 +25,10 @@ fn scattered() -> bool {
     return scattered_tiles[walked_tile] != 0u;
 }
 
-// Those at row `i` of a column of texels.
+// These casters' light at row `i` of a column of texels.
 struct Scattered {
     light: vec3<f32>,
-    depth: f32, // of the nearest visible one, 1 for none
+    depth: f32, // of the nearest visible caster, 1 for none
 }
 
 fn scattered_light(corner: vec2<f32>, i: u32) -> Scattered {
@@ -36,10 +36,15 @@ fn scattered_light(corner: vec2<f32>, i: u32) -> Scattered {
     return Scattered(light(load_sums(sum)), nearness_to_depth(load_nearness(sum)));
 }
 
-// Nodes 2 `pair` and the next.
+// Stores nodes 2 `pair` and 2 `pair` + 1.
 fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>) {
     let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
     store_pair(at, curve_layer(view.layer, pair), nodes);
+}
+
+fn store_nodes_where(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>, is: bool) {
+    let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
+    store_pair_where(at, curve_layer(view.layer, pair), nodes, is);
 }
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {

@@ -23,8 +23,8 @@ import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
 import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, row, with_bits, with_row};
 
-// The rows of a segment.
-var<private> next: Lights;       // its light from white
+// A segment in the texels of an invocation.
+var<private> next: Lights;       // its transfer of white light
 var<private> next_scale: Lights; // its scale
 var<private> next_density: Lights;
 var<private> next_last: Rows;
@@ -34,7 +34,7 @@ fn partial_row(at: u32, i: u32) -> vec4<u32> {
     return partials[at + i * TILE_SIZE * partial_size()];
 }
 
-// `at`: of the first row.
+// `at`: record of the first row.
 fn partial_light(at: u32) -> Lights {
     var light = white();
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
@@ -51,7 +51,7 @@ fn partial_last(at: u32) -> Rows {
     return last;
 }
 
-// Returns nearest depths.
+// Loads a segment's record; returns its nearest depths.
 fn load_segment(first: u32) -> Rows {
     next = partial_light(first);
     next_scale = next;
@@ -73,7 +73,7 @@ fn load_segment(first: u32) -> Rows {
     return partial_last(first);
 }
 
-// Light behind a segment of scale `scale` and transfer `own` of white.
+// Light behind a segment of scale `scale` that turns white into `joined`.
 fn behind(light: Lights, joined: Lights, scale: Lights) -> Lights {
     if HAS_OVER {
         return plus(scaled(light, scale), minus(joined, scale));
@@ -81,11 +81,12 @@ fn behind(light: Lights, joined: Lights, scale: Lights) -> Lights {
     return scaled(light, joined);
 }
 
-// Least rest of 1 minus an added colour from which the scale can be recovered from light through white.
+// Least value of 1 minus an added colour for which the scale can be recovered from white light.
 const MIN_REST: f32 = 0.0625;
 
-// Scale up to a depth behind which white light has become `light`, for a segment with `scale` and `all`
-// behind it. CPU reference: crates/gobo-reference/src/curve/mod.rs, `Affine`.
+// Scale of a segment up to the depth behind which white light has become `light`; `scale` and `all` are the
+// whole segment's scale and transfer of white. CPU reference: crates/gobo-reference/src/curve/mod.rs,
+// `Affine`.
 fn scale_share(light: Rows, scale: Rows, all: Rows, part: f32) -> Rows {
     let lost = 1.0 - scale;
     let rest = 1.0 - (all - scale) / max(lost, Rows(1e-3));
@@ -107,13 +108,13 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     let count = (tile.end - tile.first + curve_segment() - 1u) / curve_segment();
     clear_list(in_tile);
     clear_volumes();
-    var passed = white(); // light behind the curve so far, whose nodes are rounded
+    var passed = white(); // light behind the curve so far, by its rounded nodes
     var reached = white(); // light at the start of the segment
     var before = white(); // light behind the segment's last node
     var whole = white();  // filter of all segments
     var nearest = Rows(1.0);
-    // Steps of a segment: the volumes that continue through it, if there are any, then its nodes; behind
-    // all segments the rest.
+    // Steps of a segment: the volumes that continue through it, if any, then its nodes; behind all segments,
+    // the scattered casters.
     let ramps = select(0u, 1u, HAS_VOLUMES);
     let steps = ramps + NODES;
     for (var i = 0u; i < count * steps + rest_steps(); i += 1u) {

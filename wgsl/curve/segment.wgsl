@@ -1,5 +1,5 @@
-// Output: the curves of one segment of a long tile; `resolve` combines a tile's segments in order. CPU reference:
-// crates/gobo-reference/src/curve/tile.rs.
+// Output: the curves of one segment of a long tile; `resolve` combines a tile's segments in order. CPU
+// reference: crates/gobo-reference/src/curve/tile.rs.
 
 import package::bind::changed::{counters, partials};
 import package::curve::gather::{corner, nearest, scale, total_light};
@@ -18,7 +18,7 @@ fn is_scattered() -> bool {
     return false;
 }
 
-// Steps behind all pairs: `resolve` has those of the tile.
+// Steps behind all pairs: none, since `resolve` adds those of the tile.
 fn tile_steps() -> u32 {
     return 0u;
 }
@@ -40,7 +40,10 @@ fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
             partials[at + 3u] = bitcast<vec4<u32>>(vec4(light_row(surface_light, i), 0.0));
             partials[at + 4u] = bitcast<vec4<u32>>(vec4(light_row(density, i), 0.0));
             partials[at + 5u] = bitcast<vec4<u32>>(crossed[i]);
-            partials[at + 6u] = bitcast<vec4<u32>>(vec4(light_row(unentered.density, i), row(unentered.first, i)));
+            partials[at + 6u] = bitcast<vec4<u32>>(vec4(
+                light_row(unentered.density, i),
+                row(unentered.first, i),
+            ));
             partials[at + 7u] = bitcast<vec4<u32>>(vec4(light_row(unentered.tau, i), row(unentered.last, i)));
         }
     }

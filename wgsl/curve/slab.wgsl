@@ -1,4 +1,4 @@
-// Slabs: runs of a segment's pairs, alike for all texels. Behind each a walk may end. CPU reference:
+// Slabs: runs of a segment's pairs, the same for all texels. A walk may end behind each. CPU reference:
 // crates/gobo-reference/src/curve/tile.rs, `walk`.
 
 import package::features::NODES;
@@ -6,15 +6,15 @@ import package::records::footprint::footprint_key;
 import package::records::footprint_loaded::load_footprint;
 import choice::pairs::pair_footprint;
 
-const SLAB_PAIRS: u32 = 128u; // at most, besides those of the last one's depth
+const SLAB_PAIRS: u32 = 128u; // at most, besides pairs as deep as the last
 
 struct Slab {
     key: u32,   // depth key of its first pair
-    last: u32,  // largest depth key
+    last: u32,  // largest depth key that belongs to it
     reach: u32, // largest difference of depth keys
 }
 
-// Slabs per segment: the pairs of a slab span at most 1 over this number of their segment's depth range.
+// Slabs per segment: the pairs of a slab span at most 1 / `slab_count` of the segment's depth range.
 fn slab_count() -> u32 {
     return NODES + NODES / 2u;
 }
@@ -40,7 +40,7 @@ fn next_slab(slab: Slab, first: u32, end: u32) -> Slab {
     return Slab(key, min(key + slab.reach, farthest), slab.reach);
 }
 
-// Whether a pair that follows the first of the slab is within it.
+// Whether a pair behind the first of the slab belongs to it.
 fn is_within(slab: Slab, key: u32) -> bool {
     return key <= slab.last;
 }

@@ -9,11 +9,11 @@ import package::sums::sums::BLACK;
 import choice::nodes::{node_at, node_count, set_node};
 import choice::rows::{RowBits, RowIs, Rows, row_bits};
 
-// Light behind the nodes that were stored: what rounding takes, the next node gives back.
+// Light behind the stored nodes: what rounding took from one, the next gives back.
 var<private> left: Lights;
 
-// Call it before nodes are stored, in order. Where a late hit brightened what is behind it, the nodes before it are too
-// dark; where light grows from black, they keep the least from which it can.
+// Call it before the nodes are stored, in order. Where a late hit brightened the light behind it, the nodes
+// before it are too dark; where light grows from black, they keep the least light that can grow.
 fn begin_stored() {
     left = white();
     if !(grows() || HAS_VOLUMES) {
@@ -72,7 +72,7 @@ fn stored_node(i: u32) -> StoredNode {
     );
 }
 
-// A row of two nodes that follow each other.
+// Two consecutive nodes, at row `i`.
 fn stored_pair(a: StoredNode, b: StoredNode, i: u32) -> vec4<u32> {
     return vec4(row_bits(a.first, i), row_bits(a.second, i), row_bits(b.first, i), row_bits(b.second, i));
 }

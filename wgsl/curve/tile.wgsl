@@ -31,7 +31,7 @@ fn is_scattered() -> bool {
     return scattered_tiles[walked_tile] != 0u;
 }
 
-// Steps behind all pairs: volumes that contain the light, and overflowing casters, of which few tiles have any.
+// Steps behind all pairs: volumes that contain the light, and scattered casters, of which few tiles have any.
 fn tile_steps() -> u32 {
     if HAS_VOLUMES {
         return rest_steps();

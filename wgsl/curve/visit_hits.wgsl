@@ -1,5 +1,5 @@
-// Visits an invocation's texels with a caster of any kind; every hit is inserted into its curve at once, or,
-// with order-dependent blending or volumes, after those in front of it.
+// Visits an invocation's texels with a caster of any kind. Each hit is inserted into its curve at once or,
+// with order-dependent blending or volumes, after the hits in front of it.
 
 import package::bind::uniform::materials;
 import package::curve::gather::{
@@ -52,7 +52,7 @@ fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
     return hit;
 }
 
-// The faces of volumes among `came`.
+// `came`, with the faces of volumes.
 fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
     var all = came;
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
@@ -65,8 +65,8 @@ fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
     return all;
 }
 
-// Returns true if the hits must be inserted at once. A brick is visited once for each of its ramps.
-// What the caster before left is joined first, and needs no registers meanwhile.
+// Returns true if the hits must be inserted at once. A brick is visited once per ramp. The previous caster's
+// delayed hits are joined first, and so need no registers meanwhile.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
     join_delayed();
     let faced = set_up(view, footprint);
@@ -92,10 +92,11 @@ fn visit(view: GpuView, footprint: Footprint) -> bool {
     return must_flush(join_hits(came, absorbed));
 }
 
-// Continues the volumes to hits, which are joined behind the ramps. Returns true if these must be inserted.
+// Continues the volumes to hits, which are joined behind the volumes' ramps. Returns true if these ramps must
+// be inserted.
 fn delay(hits: Hits) -> bool {
     delayed = hits;
-    // A volume's clear surface takes no node.
+    // A clear surface of a volume takes no node.
     let acts = is_light(hits.light) | (difference(hits.added, black()) > Rows(0.0));
     delayed.presence = select(Rows(0.0), hits.presence, acts);
     let ramps = join_ramp(change_density(hits.depth, hits.change));
@@ -134,7 +135,7 @@ fn join_hits(hits: Hits, absorbed: Lights) -> RowIs {
     return placed;
 }
 
-// Hits that wait in order are joined behind all pairs, one of each texel at a time.
+// Steps for hits that wait in order: they are joined behind all pairs, one of each texel at a time.
 fn waiting_steps() -> u32 {
     return select(0u, WAITING, HAS_OVER || HAS_VOLUMES);
 }

@@ -10,7 +10,7 @@ import package::sums::sums::{MAX_TAU, light};
 import choice::rows::{ROW_COUNT, RowIs, Rows, count_rows, row, with_row};
 
 const MIN_TAU: f32 = 0.0000152587890625; // least optical depth of a ramp: 2^-16
-// Rounding between light as fixed-point sums and as products: smaller differences are ignored.
+// Differences that are ignored: rounding between light as fixed-point sums and as products.
 const ROUNDING: f32 = 0.00048828125;
 
 // Optical depth per light depth, behind `last_face`, of the volumes that were entered and not left.
@@ -19,7 +19,7 @@ var<private> last_face: Rows;
 var<private> unentered: Unentered;
 // Sums over all faces, as in nearest-depth mode.
 var<private> crossed: array<vec4<i32>, ROW_COUNT>;
-// Light that passes all hits except volumes, and the scale of their affine transfer.
+// Light that passes all hits except volumes, and the scale of that affine transfer.
 var<private> surface_light: Lights;
 var<private> surface_scale: Lights;
 
@@ -80,13 +80,13 @@ fn add_unentered(added: Lights, ends: Lights, first: Rows, last: Rows) {
     unentered.tau = plus(unentered.tau, scaled(added, ends));
 }
 
-// Continues the volumes to light depth `depth`, and changes their densities there. The ramps end there; for late faces they are the effect of
-// the change up to the last face.
+// Continues the volumes to light depth `depth`, and changes their densities there. Returns their ramps, which
+// end there; for late faces, the effect of the change up to the last face.
 fn change_density(depth: Rows, change: Lights) -> Ramp {
     let late = depth < last_face;
     let start = min(last_face, depth);
     let end = max(last_face, depth);
-    // An entry in front of a place where one was left is that one's.
+    // An entry in front of such a place belongs to the volume that was left there.
     let ends = mean_ends(unentered);
     let entered = selected(black(), least(positive(change), unentered.density), depth < unentered.last);
     let at = Lights(depth, depth, depth);
@@ -98,13 +98,13 @@ fn change_density(depth: Rows, change: Lights) -> Ramp {
     let acting = selected(density, minus(behind, density), late);
     let ramp = ramp_of(start, end, plus(times(acting, end - start), scaled(entered, minus(ends, at))));
     density = behind;
-    // What is too thin for a ramp goes into the next.
+    // A stretch too thin for a ramp goes into the next.
     last_face = select(last_face, end, ramp.is | (difference(change, black()) > Rows(0.0)));
     return ramp;
 }
 
-// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up to where
-// the first was left, and from there to the last: exact for two.
+// Ramps of the volumes that were left but never entered: they contain the light, and begin at light depth 0.
+// One reaches to the first place where a volume was left, one from there to the last: exact for two volumes.
 fn begin_inside(part: u32) -> Ramp {
     let near = times(unentered.density, unentered.first);
     if part == 0u {
@@ -113,7 +113,7 @@ fn begin_inside(part: u32) -> Ramp {
     return ramp_of(unentered.first, unentered.last, minus(unentered.tau, near));
 }
 
-// Continues the volumes through the next segment; call it before appending that segment's curve.
+// Continues the volumes through the next segment, before that segment's curve is appended.
 fn follow_inside(next_density: Lights, next_last: Rows, next: Unentered) -> Ramp {
     let start = last_face;
     let end = max(last_face, next_last);
@@ -127,13 +127,13 @@ fn follow_inside(next_density: Lights, next_last: Rows, next: Unentered) -> Ramp
     return ramp_of(start, end, tau);
 }
 
-// Counts ramps that brighten: behind late faces the curve was too dark.
+// Counts ramps that brighten: behind late faces, where the curve was too dark.
 fn count_late(ramp: Ramp) {
     let light = max(max(ramp.light.red, ramp.light.green), ramp.light.blue);
     disordered += count_rows(ramp.is & (light > Rows(1.0)));
 }
 
-// Steps behind all pairs: two for volumes that contain the light, one for overflowing casters.
+// Steps behind all pairs: two for volumes that contain the light, one for scattered casters.
 fn rest_steps() -> u32 {
     return select(1u, 3u, HAS_VOLUMES);
 }
@@ -142,8 +142,8 @@ fn volumes_light(tau: vec3<i32>) -> vec3<f32> {
     return light(bitcast<vec3<u32>>(select(max(tau, vec3(0)), tau, vec3(HAS_GAIN))));
 }
 
-// Transmittance to insert behind the curves: `is` is that of all insertions, `rest` the sums of overflowing
-// casters.
+// Transmittance to insert behind the curves. `is`: transmittance of all insertions; `rest`: sums of the
+// scattered casters.
 fn rest_of_volumes(is: Lights, rest: array<vec3<i32>, ROW_COUNT>) -> Lights {
     var remaining = rest;
     var sums = white();
@@ -154,7 +154,7 @@ fn rest_of_volumes(is: Lights, rest: array<vec3<i32>, ROW_COUNT>) -> Lights {
     return selected(white(), behind, difference(behind, white()) >= Rows(ROUNDING));
 }
 
-// 0 if the light is inside a volume.
+// Nearest depths: 0 where the light is inside a volume.
 fn nearest_inside(nearest: Rows) -> Rows {
     var inside = nearest;
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {

@@ -1,4 +1,4 @@
-// Nodes are stored in pairs, when they are written.
+// Nodes are stored in pairs, as soon as both are written.
 
 import package::curve::node::packed_node;
 import package::curve::ray::{Texel, corner};

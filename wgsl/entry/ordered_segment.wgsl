@@ -1,6 +1,7 @@
-// Entry: one segment of a long tile with order-dependent blending. Like wgsl/entry/segment.wgsl, but a
-// segment takes the hits behind its front from the last pairs of the previous segment, and leaves its own
-// behind the next one's front to that. CPU reference: crates/gobo-reference/src/accumulate.rs, which sorts all hits of a ray.
+// Entry: one segment of a long tile with order-dependent blending. Like wgsl/entry/segment.wgsl, but each hit
+// belongs to the last segment whose front it lies behind: a segment also visits the last pairs of the
+// previous one, and leaves hits behind the next front to the next. CPU reference:
+// crates/gobo-reference/src/accumulate.rs, which sorts all hits of a ray.
 
 import package::bind::loaded::pairs;
 import package::bind::read::{dispatches, segments};
@@ -21,7 +22,7 @@ import choice::rows::Rows;
 import choice::output::store_segment;
 import choice::traversal::walk;
 
-// Pairs at the end of a segment whose hits go to the next one if they are behind its front.
+// Pairs at the end of a segment whose hits belong to the next segment if they lie behind its front.
 const OVERLAP: u32 = 256u;
 
 fn pair_front(pair: u32) -> f32 {
@@ -53,7 +54,7 @@ fn walk_ordered_segment(
 // `in_tile`: the invocation's first texel.
 fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, in_tile: vec2<u32>) {
     start(view, tile_texel(view, segment.tile) + in_tile);
-    // Parts: the last pairs of the previous segment, this one's own, and its last ones.
+    // Parts: the last pairs of the previous segment, this segment's own pairs, and its last pairs.
     let overlapped = select(segment.first, segment.first - OVERLAP, segment.first > tile.first);
     let last = select(segment.end, segment.end - OVERLAP, segment.end < tile.end);
     for (var part = select(1u, 0u, HAS_OVER); part < select(2u, 3u, HAS_OVER); part += 1u) {
@@ -62,7 +63,7 @@ fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, in_tile: 
         if HAS_OVER {
             first = select(select(overlapped, first, part == 1u), last, part == 2u);
             end = select(select(end, last, part == 1u), segment.first, part == 0u);
-            // Without a next segment, the part has no pairs either.
+            // Without a next segment, the last part has no pairs.
             let front = front_depths(pair_front(min(end, tile.end - 1u)));
             body_from = select(Rows(-1.0), front, part == 0u);
             body_before = select(Rows(2.0), front, part == 2u);

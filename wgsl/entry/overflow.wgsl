@@ -1,7 +1,7 @@
 // Entry: footprints whose pairs did not fit, added straight to the sums. One workgroup per footprint and
-// slice of its tiles (the 65,536 tiles of a large map are more than llvmpipe lets one invocation walk), one
-// invocation per texel of a tile. The store defines `add`, which is called for every texel of the view that
-// the footprint may touch. Rust: src/stage/mod.rs.
+// slice of its tiles (a large map has 65,536 tiles, more than the turns that llvmpipe allows an invocation),
+// one invocation per texel of a tile. The output defines `add`, which is called for every texel of the view
+// that the footprint may touch. Rust: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, overflow};
 import package::bind::sampled::rects;

@@ -1,6 +1,6 @@
-// Entry: one segment of a long tile. One workgroup per segment, a column of texels per invocation. A state
-// defines what is gathered per texel, a store where it goes: to the tile's sums by atomics, because
-// segments of a tile run in parallel, or to the segment's own record. Rust: src/stage/mod.rs.
+// Entry: one segment of a long tile. One workgroup per segment, a column of texels per invocation. An
+// accumulator defines what is gathered per texel, an output where it goes: to the tile's sums by atomics,
+// because segments of a tile run in parallel, or to the segment's own record. Rust: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, segments};
 import package::bind::uniform::views;

@@ -1,7 +1,7 @@
-// occlude, small: opaque triangles of a few texels, written straight to the depths of these texels, without
-// footprints, sort and bin. One invocation per triangle and view; a workgroup takes a chunk, all of whose
-// triangles the CPU knows to be small and beyond the near plane. CPU reference: crates/gobo-reference/src/occlude.rs. Rust:
-// src/stage/occlude.rs.
+// occlude, small: opaque triangles of a few texels, written straight to these texels' depths, without
+// footprints, sort and bin. One invocation per triangle and view; a workgroup takes a chunk, whose triangles
+// the CPU knows to be small and beyond the near plane. CPU reference: crates/gobo-reference/src/occlude.rs.
+// Rust: src/stage/occlude.rs.
 
 import package::bind::changed::small_depths;
 import package::bind::loaded::triangles;
@@ -20,7 +20,7 @@ const SPAN_SLACK: f32 = 0.015625; // [texels]; the edge functions decide
 var<private> edges: array<vec4<f32>, 3>;
 var<private> slopes: vec3<f32>; // of the edges: texels along x per texel along y
 
-// Texels of row `y` that may be inside: first and last column.
+// First and last column of the texels of row `y` that may be inside.
 fn row_span(y: f32, lo: f32, hi: f32) -> vec2<f32> {
     var span = vec2(lo, hi);
     for (var i = 0u; i < unrolled(3u); i += 1u) {

@@ -1,5 +1,5 @@
-// Entry: every tile that one workgroup finishes, or several, each some shares of its texels. No atomics. An
-// accumulator defines what is gathered per texel, an output where it goes. Host: src/stage/mod.rs.
+// Entry: every tile that one workgroup finishes, or several, each some of its texels. No atomics. An
+// accumulator defines what is gathered per texel, an output where it goes. Rust: src/stage/mod.rs.
 
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;

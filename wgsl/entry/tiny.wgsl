@@ -1,6 +1,6 @@
 // accumulate, tiny: particles of at most 2x2 texels, added straight to the sums. One invocation per
-// footprint; workgroups stride over the chunks, few enough that the invocations in flight on one texel
-// cannot wrap its sum by steps. CPU reference: crates/gobo-reference/src/accumulate.rs. Rust: src/stage/accumulate.rs.
+// footprint; workgroups stride over the chunks, so few that the invocations in flight on one texel cannot
+// wrap its sum. CPU reference: crates/gobo-reference/src/accumulate.rs. Rust: src/stage/accumulate.rs.
 
 import package::bind::changed::counters;
 import package::bind::read::chunks;

@@ -1,4 +1,5 @@
-// Whether an opaque material's hit blocks the light at a texel. CPU reference: crates/gobo-reference/src/occlude.rs.
+// Whether an opaque material's hit blocks the light at a texel. CPU reference:
+// crates/gobo-reference/src/occlude.rs.
 
 import package::bind::uniform::materials;
 import package::features::{
@@ -26,8 +27,8 @@ fn blocks(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> bo
     return is_solid(hit);
 }
 
-// Where a threshold is evaluated: the pattern's cell, or for `hashed` the caster's own coordinates and their
-// change from one texel to the next.
+// Point where a threshold is evaluated: the pattern's cell, or for `hashed` the coordinates on the caster and
+// their change from one texel to the next.
 struct PatternPoint {
     cell: vec2<u32>,
     on_caster: vec4<f32>,
@@ -54,7 +55,11 @@ fn pattern_point(view: GpuView, footprint: Footprint, texel: vec2<f32>, material
     } else if HAS_GAUSSIANS && is_gaussian(footprint) {
         let setup = gaussian_setup(footprint);
         let w = setup.whitening;
-        point.on_caster = vec4(approach(view, footprint, setup, texel).position, max(abs(w.x), abs(w.y)), abs(w.z));
+        point.on_caster = vec4(
+            approach(view, footprint, setup, texel).position,
+            max(abs(w.x), abs(w.y)),
+            abs(w.z),
+        );
     } else if HAS_CAPSULES && is_capsule(footprint) {
         point.on_caster = vec4(texel - footprint.bounds.xy, vec2(1.0));
     } else if HAS_PARTICLES {

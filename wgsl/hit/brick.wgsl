@@ -1,5 +1,6 @@
-// The ramp_index of a ray inside a brick of voxels, and its optical depth: exact, because trilinear density is a cubic
-// along a ray within a cell, and two points of Gauss integrate a cubic. CPU reference: crates/gobo-reference/src/brick.rs.
+// Optical depth of a ray in a brick of voxels, or in one of the equal parts of its way through it. Exact:
+// trilinear density is a cubic along a ray within a cell, which two Gauss points integrate exactly. CPU
+// reference: crates/gobo-reference/src/brick.rs.
 
 import package::features::{CELLS_AT_ONCE, NODES, unrolled};
 import package::hit::brick_cells::{CELLS, LEAST_WAY, first_cell, index_ray, way_in_cell, two_densities};
@@ -9,27 +10,27 @@ import package::records::view::GpuView;
 
 const VOXEL_PARTS: u32 = 3u; // ramps of a curve for a brick with voxels of its own
 
-// Which of how many equal parts of the way through a brick is met; the whole while there are none.
+// Index of the part of the ray's way through the brick that is met, and number of parts; 0 for the whole.
 var<private> ramp_index: u32;
 var<private> ramp_count: u32;
 
-// Ramps of a curve for a brick. One of constant density fills the curve if it is alone.
+// Number of a curve's ramps for a brick. A brick of constant density fills the curve if it is alone.
 fn ramps_of(brick: Brick) -> u32 {
     return select(VOXEL_PARTS, NODES, brick.density >= 0.0);
 }
 
 struct Passage {
     first: f32, // where density begins, along the axis [m]
-    ramp: vec2<f32>, // along the axis, of the ramp that a curve takes [m]
+    ramp: vec2<f32>, // of the ramp in a curve, along the axis [m]
     depth: f32, // integral of density along the ray [m]; 0 for a miss
-    thirds: vec2<f32>,  // of that up to a third and two thirds of the way through the box, for its light
+    thirds: vec2<f32>,  // optical depth of one and of two thirds of the way through the box, for its light
     ends: vec2<f32>,    // where the ray enters and leaves the box, along the axis [m]
 }
 
 const NO_PASSAGE: Passage = Passage(0.0, vec2(0.0), 0.0, vec2(0.0), vec2(0.0));
 
-// Span of the ramp with the mean and the variance of depths `first` + off, within begins..ends. `moments`: sums of
-// weights, of theirs times off and of theirs times off squared.
+// Span of the ramp with the mean and variance of depths `first` + off, within begins..ends. `moments`: sums
+// of weights, of weights times off, and of weights times off squared.
 fn fitted_ramp(moments: vec3<f32>, first: f32, begins: f32, ends: f32) -> vec2<f32> {
     if !(moments.x > 0.0) {
         return vec2(begins, ends);
@@ -41,7 +42,7 @@ fn fitted_ramp(moments: vec3<f32>, first: f32, begins: f32, ends: f32) -> vec2<f
     return vec2(mean - half, mean + half);
 }
 
-// `end`: of the ray, along the axis [m].
+// `end`: end of the ray, along the axis [m].
 fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) -> Passage {
     let ray = index_ray(view, grid, texel);
     let at_low = (brick.low - ray.start) * (1.0 / ray.way);
@@ -74,7 +75,7 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
     var begins = last;
     var ends = first;
     var depth = 0.0;
-    // Where light is lost, in the mean of the channels.
+    // Depths are weighted by the light lost there, in the mean of the channels.
     let dim = -ray.metres * dot(grid.extinction, vec3(1.0 / 3.0));
     var light = 1.0;
     var moments = vec3(0.0);
@@ -87,7 +88,11 @@ fn passage(view: GpuView, brick: Brick, grid: Grid, texel: vec2<f32>, end: f32) 
                 let within = two_densities(at, stretch.a, stretch.b) * (0.5 * (next - t));
                 depth += within;
                 if SHADES_BRICKS {
-                    all.thirds += within * clamp((at_third - t) / max(next - t, LEAST_WAY), vec2(0.0), vec2(1.0));
+                    all.thirds += within * clamp(
+                        (at_third - t) / max(next - t, LEAST_WAY),
+                        vec2(0.0),
+                        vec2(1.0),
+                    );
                 }
                 begins = select(begins, min(begins, t), within > 0.0);
                 ends = select(ends, next, within > 0.0);

@@ -1,6 +1,6 @@
-// The cells of voxels that a ray crosses in a brick, in order, and the density at two points of Gauss in each (Amanatides
-// and Woo 1987). All crossings of faces are computed from the ray's start, so that neighbours agree on them. CPU
-// reference: crates/gobo-reference/src/brick.rs.
+// The cells of voxels that a ray crosses in a brick, in order, and the density at two Gauss points in each
+// (Amanatides and Woo 1987). All crossings of faces are computed from the ray's start, so that neighbouring
+// bricks agree on them. CPU reference: crates/gobo-reference/src/brick.rs.
 
 import package::bind::sampled::voxels;
 import package::hit::hit::to_world;
@@ -9,14 +9,14 @@ import package::records::view::GpuView;
 
 const CELLS: u32 = 25u; // more than the 22 cells that a ray may cross
 const LAST_CELL: f32 = 7.0; // along an axis
-const GAUSS: f32 = 0.28867513; // offset of the two points from the middle, of the length: 1 / sqrt(12)
+const GAUSS: f32 = 0.28867513; // of a Gauss point from the middle, as a share of the length: 1 / sqrt(12)
 const LEAST_WAY: f32 = 1e-20;  // along an axis [voxels]: no ray is parallel to a face
 
 // A ray in the grid's index space, from its anchor.
 struct IndexRay {
     start: vec3<f32>, // [voxels]
-    way: vec3<f32>,   // for a metre along the axis
-    metres: f32,      // its length for a metre along the axis
+    way: vec3<f32>,   // per metre along the axis
+    metres: f32,      // length of `way` [m]
 }
 
 fn index_ray(view: GpuView, grid: Grid, texel: vec2<f32>) -> IndexRay {
@@ -35,7 +35,7 @@ fn never_parallel(way: vec3<f32>) -> vec3<f32> {
     return select(way, vec3(LEAST_WAY), abs(way) < vec3(LEAST_WAY));
 }
 
-// The cell at a place of the ray in a brick whose lowest voxel is `low`.
+// The cell at place `t` of the ray in a brick whose lowest voxel is `low`.
 fn first_cell(ray: IndexRay, low: vec3<f32>, t: f32) -> vec3<f32> {
     return clamp(floor(ray.start + ray.way * t) - low, vec3(0.0), vec3(LAST_CELL));
 }
@@ -43,12 +43,12 @@ fn first_cell(ray: IndexRay, low: vec3<f32>, t: f32) -> vec3<f32> {
 // The way of a ray in one cell.
 struct CellWay {
     next: f32,            // where it ends, along the axis [m]
-    a: vec3<f32>,         // the points of Gauss, in the cell
+    a: vec3<f32>,         // Gauss points, in the cell
     b: vec3<f32>,
     following: vec3<f32>, // cell behind it
 }
 
-// From `t` on, up to `last`, in a `cell` of a brick whose lowest voxel is `low`.
+// The ray's way from `t` up to `last`, in a `cell` of a brick whose lowest voxel is `low`.
 fn way_in_cell(ray: IndexRay, low: vec3<f32>, cell: vec3<f32>, t: f32, last: f32) -> CellWay {
     let rises = ray.way > vec3(0.0);
     let lowest = low + cell;
@@ -62,8 +62,8 @@ fn way_in_cell(ray: IndexRay, low: vec3<f32>, cell: vec3<f32>, t: f32, last: f32
     return CellWay(next, a, b, select(cell, following, faces <= vec3(next)));
 }
 
-// Densities on two sides in z of a cell, at a place in it. A texel has four voxels: its own, and the next in y, in z and
-// in both. `low`, `high`: texels of the cell's lowest voxel, and of the next in x.
+// Densities at place `at` of a cell, on its two faces across z. A texel has four voxels: its own, and the
+// next in y, in z and in both. `low`, `high`: texels of the cell's lowest voxel, and of the next in x.
 fn in_layers(low: vec4<f32>, high: vec4<f32>, at: vec3<f32>) -> vec2<f32> {
     let in_x = low + (high - low) * at.x;
     return in_x.xz + (in_x.yw - in_x.xz) * at.y;
@@ -78,7 +78,7 @@ fn two_densities(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> f32 {
     return of_a.x + (of_a.y - of_a.x) * a.z + of_b.x + (of_b.y - of_b.x) * b.z;
 }
 
-// The same, one by one.
+// Densities at these two points.
 fn each_density(texel: vec3<u32>, a: vec3<f32>, b: vec3<f32>) -> vec2<f32> {
     let low = textureLoad(voxels, texel, 0);
     let high = textureLoad(voxels, texel + vec3(1u, 0u, 0u), 0);

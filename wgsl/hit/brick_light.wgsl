@@ -1,11 +1,11 @@
-// Light that a brick of a thin grid sends along a ray to the eye: what its lattice of points scatters at four points of
-// the ray, by what the ray absorbs near each, where the density of each third of the way is even. CPU reference:
-// crates/gobo-reference/src/brick_light.rs.
+// Light that a brick of a thin grid sends along a ray to the eye: light scattered at four points of the ray,
+// interpolated in the brick's lattice, weighted by the light absorbed near each, with even density in each
+// third of the way. CPU reference: crates/gobo-reference/src/brick_light.rs.
 
 import package::bind::sampled::brick_lights;
 import package::records::record::record_texel;
 
-// The kernel shades bricks.
+// Whether the kernel shades bricks.
 override SHADES_BRICKS: bool = false;
 
 const THIRDS: u32 = 3u;
@@ -29,19 +29,23 @@ fn lattice_light(first_point: u32, edge: u32, position: vec3<f32>) -> vec3<f32> 
     let b = mix(point_light_at(lattice_point + row), point_light_at(lattice_point + row + 1u), aside.x);
     let low_layer = mix(a, b, aside.y);
     let c = mix(point_light_at(lattice_point + layer), point_light_at(lattice_point + layer + 1u), aside.x);
-    let d = mix(point_light_at(lattice_point + layer + row), point_light_at(lattice_point + layer + row + 1u), aside.x);
+    let d = mix(
+        point_light_at(lattice_point + layer + row),
+        point_light_at(lattice_point + layer + row + 1u),
+        aside.x,
+    );
     return mix(low_layer, mix(c, d, aside.y), aside.z);
 }
 
-// Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its length:
-// 1 / tau - 1 / (exp(tau) - 1).
+// Mean distance from its start at which a homogeneous medium of optical depth `tau` absorbs light, as a share
+// of its length: 1 / tau - 1 / (exp(tau) - 1).
 fn mean_way(tau: vec3<f32>) -> vec3<f32> {
     let exact = 1.0 / tau - 1.0 / (exp(min(tau, vec3(80.0))) - 1.0);
     return select(exact, 0.5 - tau / 12.0, tau < vec3(SERIES));
 }
 
-// Mean light of what a ray meets in a brick, by what is absorbed there. `depths`: optical depth of each third of the
-// ray's way through the box.
+// Mean of the light that a brick scatters along a ray, weighted by absorption. `depths`: optical depth of
+// each third of the ray's way through the box.
 fn brick_light(
     first_point: u32,
     edge: u32,
@@ -50,11 +54,11 @@ fn brick_light(
     depths: vec3<f32>,
     extinction: vec3<f32>,
 ) -> vec3<f32> {
-    var left = vec3(1.0); // of the light from behind
+    var left = vec3(1.0); // share of the light from behind
     var all = vec3(0.0);
     var sum = vec3(0.0);
-    var far = vec3(0.0);  // absorbed in the third before, by the weight of its end
-    // A count that compilers do not know keeps the loop one: its code is large.
+    var far = vec3(0.0);  // absorbed in the third before, in the weight of its end
+    // A count unknown to compilers keeps the loop from being unrolled: its code is large.
     let samples = select(0u, THIRDS + 1u, any(depths > vec3(0.0)));
     for (var i = 0u; i < samples; i += 1u) {
         let depth = select(select(depths.z, depths.y, i == 1u), depths.x, i == 0u);

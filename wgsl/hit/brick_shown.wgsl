@@ -1,16 +1,16 @@
-// Light that a brick sends along a ray to the eye: of a thin grid by thirds, of a dense one cell by cell. CPU reference:
-// crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/brick_light.rs.
+// Light that a brick sends along a ray to the eye: for a thin grid by thirds, for a dense one cell by cell.
+// CPU reference: crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/brick_light.rs.
 
 import package::hit::brick_cells::{CELLS, GAUSS, IndexRay, each_density, first_cell, index_ray, way_in_cell};
 import package::hit::brick_light::{brick_light, lattice_light};
 import package::records::brick::{Brick, Grid, LATTICE_EDGE, grid_lattices, lattice_points};
 import package::records::view::GpuView;
 
-// Equal parts of a ray's way through a box of constant density, each of which has a light of its own in a dense grid.
+// Equal parts of a ray's way through a box of constant density in a dense grid, each with light of its own.
 const EVEN_PARTS: u32 = 25u;
 
-// Mean light of what a ray meets between two ends in a brick, by what is absorbed there: light is taken where a cell
-// absorbs in the mean.
+// Mean of the light that a brick scatters along a ray between two ends, weighted by absorption. Each cell's
+// light is taken at the mean place of its absorption.
 fn dense_light(
     brick: Brick,
     ray: IndexRay,
@@ -23,14 +23,18 @@ fn dense_light(
     let texel = select(brick.first_texel, vec3(0u), is_even);
     let size = brick.high - brick.low;
     let mean = dot(extinction, vec3(1.0 / 3.0));
-    var left = vec3(1.0); // of the light from behind
+    var left = vec3(1.0); // share of the light from behind
     var all = vec3(0.0);
     var sum = vec3(0.0);
     var cell = first_cell(ray, brick.low, ends.x);
     var t = ends.x;
     for (var i = 0u; i < max(CELLS, EVEN_PARTS) && t < ends.y; i += 1u) {
         let stretch = way_in_cell(ray, brick.low, cell, t, ends.y);
-        let part_end = select(mix(ends.x, ends.y, f32(i + 1u) / f32(EVEN_PARTS)), ends.y, i + 1u == EVEN_PARTS);
+        let part_end = select(
+            mix(ends.x, ends.y, f32(i + 1u) / f32(EVEN_PARTS)),
+            ends.y,
+            i + 1u == EVEN_PARTS,
+        );
         let next = select(stretch.next, part_end, is_even);
         let two = each_density(texel + vec3<u32>(cell), stretch.a, stretch.b);
         let depths = select(two, vec2(brick.density), is_even) * (0.5 * (next - t) * ray.metres);
@@ -49,7 +53,8 @@ fn dense_light(
     return sum / max(all, vec3(1e-20));
 }
 
-// `ends`: where the ray enters and leaves the box, along the axis [m]; `depths`: of each third of its way there.
+// `ends`: where the ray enters and leaves the box, along the axis [m]; `depths`: optical depth of each third
+// of the way between.
 fn brick_shown(
     view: GpuView,
     id: u32,

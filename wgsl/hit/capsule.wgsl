@@ -1,4 +1,4 @@
-// Hit of a ray with a capsule of a strand: the part of a cone between two planes. CPU reference:
+// Hit of a ray with a capsule of a strand: a cone between two planes. CPU reference:
 // crates/gobo-reference/src/capsule.rs.
 
 import package::bind::uniform::materials;
@@ -12,8 +12,8 @@ import package::records::view::{GpuView, MIN_DISTANCE};
 import package::sums::faint::{tau_absorbed, whole_tau};
 
 const PARALLEL: f32 = 1e-8; // least squared sine between a ray and the axis
-const LONGEST_WAY: f32 = 1e6;   // a longer way covers nothing, seen along the axis [diameters]
-const TIP: f32 = 0.9999;    // most of the change of the radius along a ray, a share of the mean radius
+const LONGEST_WAY: f32 = 1e6;   // [diameters]; seen along the axis, a strand with a longer way covers nothing
+const TIP: f32 = 0.9999;    // largest change of the radius along a ray, as a share of the mean radius
 
 // A capsule in a view: to the right, down and along the view's axis [m].
 struct CapsuleSetup {
@@ -23,11 +23,11 @@ struct CapsuleSetup {
     first_plane: vec3<f32>, // normals
     last_plane: vec3<f32>,
     taper: vec2<f32>,   // radius at the first end, and its change along the axis
-    least: vec2<f32>, // the same of the least radius that shows
+    least: vec2<f32>, // the same for the least visible radius
     look: vec2<u32>,   // colour, as in `casters`
 }
 
-// `look`: of its particle in `casters`.
+// `look`: of the capsule's particle in `casters`.
 fn capsule_setup(view: GpuView, look: vec4<u32>) -> CapsuleSetup {
     let capsule = capsule_of(look.w);
     let first = to_view(view, capsule.first);
@@ -50,7 +50,7 @@ fn to_view(view: GpuView, point: vec3<f32>) -> vec3<f32> {
     return (view.view_from_world * vec4(point, 1.0)).xyz * vec3(1.0, -1.0, -1.0);
 }
 
-// Behind the eye negative, where no ray is.
+// Least visible radius; negative behind the eye, where no ray is.
 fn least_radius(view: GpuView, along: f32) -> f32 {
     return MIN_RADIUS * select(1.0, along, view.perspective > 0.0) / view.scale;
 }
@@ -60,8 +60,8 @@ fn radius_at(line: vec2<f32>, along: f32) -> f32 {
     return line.x + line.y * along;
 }
 
-// Length of a part of a ray in local diameters, the integral of 1 / (2 r): the radius changes linearly from the middle
-// by `rise`, a share of `mean`.
+// Length of a part of a ray in local diameters, the integral of 1 / (2 r): from its middle to its end the
+// radius changes linearly by `rise` times `mean`.
 fn diameters(length: f32, mean: f32, rise: f32) -> f32 {
     let share = clamp(rise, -TIP, TIP);
     let square = share * share;
@@ -73,7 +73,7 @@ fn diameters(length: f32, mean: f32, rise: f32) -> f32 {
 // A ray's way through a capsule.
 struct Way {
     inside: f32, // [local diameters]
-    whole: f32,  // in the whole cone
+    whole: f32,  // of the whole cone
     thin: f32,   // ratio of the true radius to the widened one
     depth: f32,  // light depths where it enters and leaves
     end: f32,
@@ -86,7 +86,7 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let is_parallel = view.perspective == 0.0;
     let start = vec3(select(vec2(0.0), slope, is_parallel), 0.0);
     let way = vec3(select(slope, vec2(0.0), is_parallel), 1.0);
-    // Relative to the first end, from where the ray is closest to it.
+    // Relative to the first end; along the ray, from its point closest to that end.
     let square = dot(way, way);
     let to_first = capsule.first - start;
     let closest = dot(to_first, way) / square;
@@ -97,13 +97,14 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let is_along = dot(across, across) < PARALLEL * square;
     let sine = max(dot(across, across), PARALLEL * square);
     let miss = dot(off, across);
-    // Where the ray is closest to the axis. One along it keeps its distance: where it begins.
+    // The point where the ray is closest to the axis. A ray parallel to the axis keeps its distance: there,
+    // its begin.
     let begins = clamp(begin + (view.near - closest) * step, 0.0, capsule.length) - begin;
     let aside = off - capsule.axis * begin;
     let middle = select(begin, begins, is_along) * step / select(sine, step * step, is_along);
     let miss2 = select(miss * miss / sine, dot(aside, aside), is_along);
     let closest_along = begin + middle * step;
-    // One cone for the whole ray, the same for the pieces of a strand.
+    // One cone for the whole ray, the same for all pieces of a strand.
     let nearest = clamp(closest_along, 0.0, capsule.length);
     let is_thin = radius_at(capsule.taper, nearest) < radius_at(capsule.least, nearest);
     let line = select(capsule.taper, capsule.least, is_thin);
@@ -119,7 +120,7 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let root = sqrt(discriminant);
     let q = b + select(-root, root, b >= 0.0);
     let one = q / open;
-    // Both are 0 of a ray from the tip of the cone.
+    // Both are 0 for a ray from the tip of the cone.
     let other = select((miss2 - radius * radius) / select(q, 1.0, q == 0.0), 0.0, q == 0.0);
     var enters = min(one, other);
     var leaves = max(one, other);
@@ -147,7 +148,7 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let at_last = -from_last / select(behind, 1.0, behind == 0.0);
     first = max(first, max(select(first, at_first, ahead > 0.0), select(first, at_last, behind > 0.0)));
     last = min(last, min(select(last, at_first, ahead < 0.0), select(last, at_last, behind < 0.0)));
-    // A ray in a shared plane belongs to the capsule behind it.
+    // A ray in a shared plane belongs to the capsule behind the plane.
     let is_outside = ((ahead == 0.0) & (from_first < 0.0)) | ((behind == 0.0) & (from_last <= 0.0));
     let along = begin + 0.5 * (first + last) * step;
     let mean = radius_at(line, along);
@@ -157,24 +158,28 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     let metres = sqrt(square);
     let inside = diameters(metres * (last - first), mean, 0.5 * grows * (last - first) / mean);
     let mean_of_whole = radius_at(line, begin + 0.5 * (enters + leaves) * step);
-    let of_whole = diameters(metres * (leaves - enters), mean_of_whole, 0.5 * grows * (leaves - enters) / mean_of_whole);
+    let of_whole = diameters(
+        metres * (leaves - enters),
+        mean_of_whole,
+        0.5 * grows * (leaves - enters) / mean_of_whole,
+    );
     return Way(
         inside,
         select(LONGEST_WAY, max(of_whole, inside), open > 0.0 && !is_along),
-        // Exactly 1 on every device, whose divisions may round otherwise.
+        // Exactly 1 on every device: division may round otherwise.
         select(1.0, clamp(radius_at(capsule.taper, along) / mean, 0.0, 1.0), is_thin),
-        // A ray that begins inside enters at the near plane, not in front of it for rounding.
+        // A ray that begins inside enters at the near plane, never in front of it by rounding.
         max((closest + first - view.near) / range, 0.0),
         max((closest + last - view.near) / range, 0.0),
     );
 }
 
-// Absorbed share, by the optical depth of a diameter.
+// Absorbed share of light; `tau`: optical depth of a diameter.
 fn way_absorbed(way: Way, tau: vec3<f32>) -> vec3<f32> {
     if way.thin >= 1.0 {
         return tau_absorbed(tau * way.inside);
     }
-    // The strand covers the texel in part.
+    // The strand covers only part of the texel.
     let covered = way.thin * tau_absorbed(tau * way.whole);
     return tau_absorbed(whole_tau(covered) * (way.inside / way.whole));
 }
@@ -205,8 +210,8 @@ fn capsule_half(look: vec4<u32>) -> vec2<f32> {
     return bitcast<vec2<f32>>(look.xy);
 }
 
-// Whether some texel centre in the box lo..hi may be in the capsule, by the rectangle around its axis. `bounds`, `half`
-// of its footprint.
+// Whether some texel centre in the box lo..hi may be in the capsule, by the rectangle around its axis.
+// `bounds` and `half`: of its footprint.
 fn capsule_touches(bounds: vec4<f32>, half: vec2<f32>, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let width = bounds.z + SLACK;
     let apart = (lo + hi) * 0.5 - bounds.xy;

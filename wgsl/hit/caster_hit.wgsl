@@ -1,10 +1,11 @@
-// Hit of a ray with any caster: opacity, transmittance, depth. CPU reference: crates/gobo-reference/src/caster_hit.rs.
+// Hit of a ray with any caster: opacity, transmittance, depth. CPU reference:
+// crates/gobo-reference/src/caster_hit.rs.
 
 import package::bind::sampled::images;
 import package::bind::uniform::materials;
 import package::features::{
-    HAS_BRICKS, HAS_CAPSULES, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES, HAS_TRIANGLES,
-    only_capsules, only_gaussians,
+    HAS_BRICKS, HAS_CAPSULES, HAS_FACING, HAS_GAUSSIANS, HAS_PARTICLES, HAS_PUFFS, HAS_TEXTURES,
+    HAS_TRIANGLES, only_capsules, only_gaussians,
 };
 import package::hit::brick::passage;
 import package::hit::brick_light::SHADES_BRICKS;
@@ -74,7 +75,7 @@ fn faced_of(view: GpuView, footprint: Footprint) -> Faced {
     return Faced(plane_of(view, footprint, look), gaussian_of(footprint), capsule_in(view, footprint), look);
 }
 
-// What `faced_hit` needs of any caster.
+// Values that `faced_hit` needs, for any caster.
 fn set_up(view: GpuView, footprint: Footprint) -> Faced {
     var faced: Faced;
     if HAS_PARTICLES && !(HAS_TRIANGLES && footprint.is_triangle) {
@@ -87,7 +88,7 @@ fn caster_hit(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_dept
     return faced_hit(view, footprint, set_up(view, footprint), texel, opaque_depth);
 }
 
-// `faced`: of a particle.
+// `faced`: values of a particle.
 fn faced_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
     var hit = MISS;
     if HAS_TRIANGLES && footprint.is_triangle {
@@ -109,7 +110,13 @@ fn plane_hit(plane: Facing, view: GpuView, texel: vec2<f32>) -> vec3<f32> {
     return vec3(2.0, 2.0, -1.0);
 }
 
-fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f32>, opaque_depth: f32) -> Hit {
+fn particle_hit(
+    view: GpuView,
+    footprint: Footprint,
+    faced: Faced,
+    texel: vec2<f32>,
+    opaque_depth: f32,
+) -> Hit {
     let bounds = footprint.bounds;
     let material_id = faced.look & 0xffffu;
     let material = materials[material_id];
@@ -138,7 +145,13 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     var alpha = covered;
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
         let uv = vec2(0.5 + 0.5 * met.x, 0.5 - 0.5 * met.y);
-        let image = sample_texture(images, material.texture, material.texture_size, uv, shows_clear(material.transfer));
+        let image = sample_texture(
+            images,
+            material.texture,
+            material.texture_size,
+            uv,
+            shows_clear(material.transfer),
+        );
         color *= image.rgb;
         alpha *= image.a;
     }
@@ -150,8 +163,8 @@ fn particle_hit(view: GpuView, footprint: Footprint, faced: Faced, texel: vec2<f
     return Hit(light, color, opacity, depth, depth, depth, material_id, absorbed);
 }
 
-// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface. Its colour is the light
-// that it sends to the eye, where it is shaded.
+// Hit of a brick, which absorbs by its density along the ray in front of the opaque surface. Where bricks are
+// shaded, the hit's colour is the light that the brick sends to the eye.
 fn brick_hit(
     view: GpuView,
     footprint: Footprint,
@@ -164,7 +177,7 @@ fn brick_hit(
     let grid = grid_of(brick);
     let range = view.far - view.near;
     let inside = passage(view, brick, grid, texel, view.near + opaque_depth * range);
-    // The sign is 0: the compiler reads the extinction again instead of keeping it on the ray's way.
+    // The sign is 0: this way, the compiler reads the extinction again instead of keeping it in registers.
     let extinction = grid_extinction(brick.grid + (bitcast<u32>(inside.depth) >> 31u));
     let tau = inside.depth * extinction;
     let most = max(max(tau.x, tau.y), tau.z);

@@ -1,4 +1,5 @@
-// Light that `over` adds, and sums of the faces of volumes. CPU reference: crates/gobo-reference/src/caster_hit.rs.
+// Light that `over` adds, and sums of the faces of volumes. CPU reference:
+// crates/gobo-reference/src/caster_hit.rs.
 
 import package::bind::uniform::materials;
 import package::features::HAS_TRIANGLES;
@@ -10,8 +11,7 @@ import package::records::setup::{BACK_BIT, setup_texel};
 import package::records::view::GpuView;
 import package::sums::sums::FIXED_ONE;
 
-// Light added by `over`, which makes light an affine chain: light L from the light's side becomes L * light
-// + added.
+// Light added by `over`, which turns light L from the light's side into L * light + added: an affine chain.
 fn added_light(hit: Hit) -> vec3<f32> {
     return select(vec3(0.0), hit.color * hit.opacity, materials[hit.material].transfer == TRANSFER_OVER);
 }
@@ -25,7 +25,7 @@ fn modular(v: vec3<f32>) -> vec3<i32> {
 
 // Crossing of a ray with the surface of a volume.
 struct Face {
-    depth: f32,            // at most that of the ray's end
+    depth: f32,            // at most the depth of the ray's end
     metres: f32,           // length of the ray from light depth 0 to 1
     absorption: vec3<f32>, // [1/m]
     leaves: i32,           // 1 if the ray leaves the volume, -1 if it enters, 0 for no face
@@ -48,7 +48,7 @@ fn volume_face(view: GpuView, footprint: Footprint, texel: vec2<f32>, opaque_dep
     return Face(ends, (view.far - view.near) * stretch, absorption, leaves);
 }
 
-// Contribution of a face to a ray's sums: optical depth from the near plane to the face, in fixed point and
+// Contribution of a face to a ray's sums: optical depth from the near plane to the face, in fixed point,
 // modulo 2^32, negative where the ray enters; w: `leaves`.
 fn face_crossing(face: Face) -> vec4<i32> {
     let tau = modular(face.depth * face.metres * face.absorption * FIXED_ONE);

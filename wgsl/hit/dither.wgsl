@@ -19,7 +19,7 @@ const BLOCK_BITS: u32 = 4u;
 const BLUE_SIZE: u32 = 64u;
 const FARTHEST: f32 = 524288.0;
 
-// The pattern's cell at a texel of a view's map.
+// Cell of the pattern at a texel of a view's map.
 fn pattern_cell(view: GpuView, scale: u32, texel: vec2<f32>) -> vec2<u32> {
     let origin = view.view_from_world[3] * view.scale;
     let anchor = round(clamp(vec2(origin.x, -origin.y), vec2(-FARTHEST), vec2(FARTHEST)));
@@ -62,7 +62,7 @@ fn next_walsh(walsh: u32) -> u32 {
     return ((walsh << 1u) & 63u) ^ ((walsh >> 5u) * 3u);
 }
 
-// Digit `i` of the rank, and the Walsh function of the next one.
+// Digit `i` of the rank, and the Walsh function of the next digit.
 fn digit(cell: vec2<u32>, i: u32, walsh: u32) -> vec2<u32> {
     let at = (cell >> vec2(i)) & vec2(1u);
     let higher = interleaved_bits(cell, i + 1u);
@@ -72,8 +72,8 @@ fn digit(cell: vec2<u32>, i: u32, walsh: u32) -> vec2<u32> {
     return vec2((high << 1u) | low, next_walsh(second));
 }
 
-// All four digits for every order, without a loop: with a loop per texel a segment's walk would exceed the
-// iterations that llvmpipe allows an invocation.
+// All four digits for every order, without a loop: with a loop per texel, the walk of a segment would exceed
+// the turns that llvmpipe allows an invocation.
 fn ordered(cell: vec2<u32>, order: u32, id: u32, chance: u32) -> u32 {
     let first = digit(cell, 0u, id & 63u);
     let second = digit(cell, 1u, first.y);
@@ -124,7 +124,7 @@ fn power(e: i32) -> f32 {
     return bitcast<f32>(u32(e + 127) << 23u);
 }
 
-// `own`: coordinates in the caster's own space; `one_step`: their change from one texel to the next.
+// `on_caster`: coordinates in the caster's own space; `one_step`: their change from one texel to the next.
 fn hashed_threshold(on_caster: vec2<f32>, one_step: vec2<f32>, scale: u32, id: u32) -> f32 {
     let step = max(one_step * f32(scale), vec2(1e-9));
     let per_unit = 0.70710678 / step.x;

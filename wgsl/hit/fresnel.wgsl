@@ -1,4 +1,4 @@
-// Light that faces and panes of glass let through, by Fresnel's formulas for light that is not polarised. CPU reference:
+// Light that faces and panes of glass transmit, by Fresnel's formulas for unpolarised light. CPU reference:
 // crates/gobo-reference/src/fresnel.rs.
 
 import package::bind::uniform::materials;
@@ -8,8 +8,9 @@ import package::records::octahedral::from_octahedral;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
-// Share that passes, at a cosine to the normal outside. `index`: of refraction; negative for a pane, where what is
-// reflected inside goes on until it leaves (Born and Wolf 1999, sections 1.5.2 and 7.6.1, without interference).
+// Transmitted share at a cosine to the outside normal. `index`: refractive index; negative for a pane, whose
+// inner reflections go on until all light has left (Born and Wolf 1999, sections 1.5.2 and 7.6.1, without
+// interference).
 fn passed_share(index: f32, cosine: f32) -> f32 {
     let outside = min(abs(cosine), 1.0);
     let square = index * index;
@@ -21,7 +22,7 @@ fn passed_share(index: f32, cosine: f32) -> f32 {
     return 0.5 * (passed.x + passed.y);
 }
 
-// Share that a triangle lets through of the ray through `texel` of a map.
+// Share of the ray through `texel` of a map that a triangle transmits.
 fn face_passes(view: GpuView, setup: u32, texel: vec2<f32>) -> f32 {
     if !HAS_FRESNEL {
         return 1.0;

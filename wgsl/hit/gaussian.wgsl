@@ -13,22 +13,22 @@ import package::sums::faint::tau_absorbed;
 // A ray's closest approach, in the Gaussian's own space.
 struct Approach {
     squared: f32,   // squared distance [standard deviations]
-    depth: f32,     // light depth there
+    depth: f32,     // light depth of that point
     deviation: f32, // along the ray [light depth]
-    position: vec2<f32>, // the whitened one
+    position: vec2<f32>, // whitened position
 }
 
 struct GaussianHit {
     color: vec3<f32>,
-    thin: f32, // ratio of its area to that of what is projected
+    thin: f32, // ratio of the Gaussian's area to its projected, enlarged one
     opacity: f32,
     start: f32, // light depth; -1 for a miss
     end: f32,
 }
 
-const WIDER: f32 = 1.001; // how much farther a box's test looks, for rounding, a share of the squared reach
-const AT_THE_END: f32 = 0.25; // a medium's ramp begins that far in front of the ray's end [deviations]
-const FARTHEST_TAIL: f32 = 8.0; // where nothing of a medium is left [deviations]
+const WIDER: f32 = 1.001; // factor of the squared reach in tests against boxes, for rounding
+const AT_THE_END: f32 = 0.25; // distance of a medium's ramp from the ray's end, at least [deviations]
+const FARTHEST_TAIL: f32 = 8.0; // beyond which a medium absorbs nothing [deviations]
 
 fn approach(view: GpuView, footprint: Footprint, setup: GaussianSetup, texel: vec2<f32>) -> Approach {
     let bounds = footprint.bounds;
@@ -53,8 +53,8 @@ fn approach(view: GpuView, footprint: Footprint, setup: GaussianSetup, texel: ve
     );
 }
 
-// Whether some texel centre in the box lo..hi may be within the footprint's end: its conic is convex and contains
-// the centre, so one that touches the box touches an edge that faces the centre.
+// Whether some texel centre in the box lo..hi may be within the footprint's end: the conic is convex and
+// contains the centre, so if it touches the box, it touches an edge that faces the centre.
 fn gaussian_touches(
     view: GpuView,
     setup: GaussianSetup,
@@ -86,7 +86,7 @@ fn gaussian_touches(
     return any(open * (u * u + v * v) <= squared * ahead * ahead);
 }
 
-// `look` of its caster.
+// `look`: of the Gaussian's caster.
 fn gaussian_hit(
     view: GpuView,
     footprint: Footprint,
@@ -114,7 +114,7 @@ fn gaussian_hit(
     let tau = whole * max(0.5 * (error_function(end) - error_function(start)), 0.0);
     let opacity = min(thin * tau_absorbed(vec3(tau)).x, 1.0);
     let ramp = medium_ramp(whole);
-    // The ray may end in front of where most is absorbed.
+    // The ray may end in front of the stretch where the medium absorbs most.
     let first = max(min(ramp.x, end - AT_THE_END), start);
     let from_depth = max(met.depth + first * met.deviation, 0.0);
     let to_depth = max(met.depth + min(ramp.y, end) * met.deviation, from_depth);
@@ -122,8 +122,8 @@ fn gaussian_hit(
     return GaussianHit(color, thin, opacity, select(from_depth, -1.0, misses), to_depth);
 }
 
-// Start and end of the linear ramp that is nearest to the transmittance in a medium of a whole optical depth
-// [standard deviations from the closest approach]: fitted, at most 0.06 off up to 16, 0.073 up to 10,000.
+// Start and end of the linear ramp nearest to the transmittance in a medium of optical depth `tau` [standard
+// deviations from the closest approach]. A fit: at most 0.06 off up to a depth of 16, 0.073 up to 10,000.
 fn medium_ramp(tau: f32) -> vec2<f32> {
     // The ends meet at an optical depth of 3e6.
     let z = max(1.0 / (1.0 + 0.1386294 * log2(1.0 + tau)), 0.3);

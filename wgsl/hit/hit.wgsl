@@ -12,7 +12,7 @@ struct Hit {
     color: vec3<f32>,
     opacity: f32,
     depth: f32,       // light depth; -1 for a miss
-    start: f32,       // ramp of a curve, in light depth: up to where the whole hit is in front
+    start: f32,       // light depths between which it takes light: its ramp in a curve
     end: f32,
     material: u32,
     absorbed: vec3<f32>, // 1 - light, with full precision where light is next to 1
@@ -20,7 +20,7 @@ struct Hit {
 
 const MISS: Hit = Hit(vec3(1.0), vec3(0.0), 0.0, -1.0, -1.0, -1.0, 0u, vec3(0.0));
 
-// What a hit must have to set depths: its opacity, or the light that `stain` and `gain` change without any.
+// Weight of a hit in depths: its opacity, or the light that `stain` and `gain` change without any opacity.
 fn presence_of(hit: Hit) -> f32 {
     let transfer = materials[hit.material].transfer;
     let changes = transfer == TRANSFER_STAIN || transfer == TRANSFER_GAIN;
@@ -112,14 +112,14 @@ fn coverage(shape: u32, profile: u32, q: vec2<f32>) -> f32 {
     return select(0.0, select(1.0, rest * rest, soft), square <= 1.0);
 }
 
-// Opacity of a particle smaller than a texel before it was thinned.
+// Opacity of a particle smaller than a texel, before thinning.
 fn whole_opacity(thin: f32, a: f32) -> f32 {
-    // Below the smallest half that is stored, both are 0.
+    // Below the smallest f16, both are 0.
     return min(a / max(thin, 1e-12), 1.0);
 }
 
-// Transmittance of a hit of opacity a and colour c (divided by 16 for `gain`): 1 - thin (1 - T) of one that is smaller
-// than a texel, where a is thinned.
+// Transmittance of a hit of opacity a and colour c (divided by 16 for `gain`). Where a particle smaller than
+// a texel has its opacity a thinned, 1 - thin (1 - T) of the whole T.
 fn transmittance(transfer: u32, thin: f32, a: f32, c: vec3<f32>) -> vec3<f32> {
     let clear = 1.0 - thin;
     let passed = max(thin - a, 0.0);

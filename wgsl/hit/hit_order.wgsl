@@ -1,6 +1,6 @@
 // Sorting of rays' hits by depth: casters come sorted by their nearest points, so their hits are nearly
-// sorted. The last few wait in order; a late one is inserted among them. CPU reference:
-// crates/gobo-reference/src/order.rs.
+// sorted. The last few hits wait in order, and a late one is inserted among them (a k-buffer: Bavoil et al.
+// 2007). CPU reference: crates/gobo-reference/src/order.rs.
 
 import package::curve::lights::{Lights, black, white, with_light};
 import package::hit::hit::{Hit, presence_of};
@@ -20,7 +20,7 @@ struct Hits {
     change: Lights, // of the optical depth per light depth, behind a face
 }
 
-var<private> delayed: Hits;   // left, behind a volume's ramp that is inserted first
+var<private> delayed: Hits;   // have left, but come behind a volume's ramp that is inserted first
 var<private> last_left: Rows; // light depth of the last hit that left
 var<private> late_hits: u32;  // hits that came after one behind them had left
 
@@ -46,7 +46,7 @@ fn clear_order() {
     late_hits = 0u;
 }
 
-// Adds hits; returns those that leave in exchange.
+// Adds hits; returns the hits that leave in exchange.
 fn pass_on(came: Hits) -> Hits {
     let left = exchange_hits(came);
     late_hits += count_rows((left.depth >= Rows(0.0)) & (left.depth < last_left));

@@ -1,5 +1,5 @@
-// Light depths of depth keys along the rays of an invocation's texels. With order-dependent blending, keys are
-// by distance.
+// Light depths of depth keys along the rays of an invocation's texels. With order-dependent blending, keys
+// are distances.
 
 import package::features::{HAS_OVER, unrolled};
 import package::records::tile_rect::depth_of_key;
@@ -17,7 +17,7 @@ fn start_keys(view: GpuView, texel: vec2<f32>) {
     }
 }
 
-// Least light depths of the hits of a caster whose key is `front` of the largest.
+// Least light depths of the hits of a caster with key `front`, as a share of the largest key.
 fn front_depths(front: f32) -> Rows {
     return select(Rows(front), key_start + front * (key_end - key_start), HAS_OVER);
 }

@@ -1,4 +1,4 @@
-// The object that a footprint belongs to, by its id.
+// Id of the object that a footprint belongs to.
 
 import package::features::{HAS_CAPSULES, HAS_GAUSSIANS, HAS_TRIANGLES};
 import package::records::capsule::is_capsule;
@@ -12,7 +12,8 @@ fn object_of(footprint: Footprint) -> u32 {
         return setup_texel(setup_of(footprint), 6u).w;
     }
     if (HAS_GAUSSIANS && is_gaussian(footprint)) || (HAS_CAPSULES && is_capsule(footprint)) {
-        // What it has besides begins with a record as large as a particle's, with the id at the same offset.
+        // The further record of a Gaussian or capsule begins like a particle's, with the id at the same
+        // offset.
         return particle_object(particle_object(caster_of(footprint)));
     }
     return particle_object(caster_of(footprint));

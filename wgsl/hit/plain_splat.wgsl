@@ -1,4 +1,4 @@
-// Part `plain` of kernels whose casters are all of one simple kind: splats of the `filter` transfer. CPU reference:
+// Part `plain` of kernels whose casters are all splats of the `filter` transfer. CPU reference:
 // crates/gobo-reference/src/gaussian.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
@@ -9,7 +9,7 @@ import package::records::gaussian::{gaussian_amplitude, gaussian_setup};
 import package::records::tile_rect::SLACK;
 import package::records::view::{GpuView, is_beside};
 
-// Root of log2(e) / 2: exp(-q^2 / 2) is the power of two of -(ROOT_LOG q)^2.
+// Root of log2(e) / 2: exp(-q^2 / 2) = exp2(-(ROOT_LOG q)^2).
 const ROOT_LOG: f32 = 0.84932184;
 const UNSEEN_LOG: f32 = -200.0; // logarithm to base 2 of an opacity that is 0 everywhere
 
@@ -17,9 +17,9 @@ const UNSEEN_LOG: f32 = -200.0; // logarithm to base 2 of an opacity that is 0 e
 const SEEKS_APART: bool = false;
 
 struct Plain {
-    center: vec2<f32>,    // [texels]; for one beside the view the map's centre
+    center: vec2<f32>,    // [texels]; for a splat beside the view the map's centre
     whitening: vec3<f32>, // [1/texels]; in an orthographic view times ROOT_LOG
-    offset: vec2<f32>,    // of the whitened position; 0 but for one beside the view
+    offset: vec2<f32>,    // of the whitened position; 0 but for a splat beside the view
     tilt: vec2<f32>,      // as in the setup; in an orthographic view change of the light depth [1/texels]
     start: vec3<f32>,     // e = x + tilt . (y u + z delta)
     spread: f32,          // as in the setup
@@ -61,7 +61,7 @@ fn prepare(view: GpuView, footprint: Footprint) -> Plain {
     return splat;
 }
 
-// The same, or one that nothing is to be seen of.
+// The splat, or one that does nothing.
 fn only_if(is_there: bool, plain: Plain) -> Plain {
     var splat = plain;
     splat.amplitude = select(select(UNSEEN_LOG, 0.0, PERSPECTIVE), splat.amplitude, is_there);
@@ -78,7 +78,7 @@ fn presence(plain: Plain, hit: PlainHit) -> f32 {
     return hit.profile;
 }
 
-// That of lane `lane` of the subgroup.
+// The splat of lane `lane` of the subgroup.
 fn broadcast(splat: Plain, lane: u32) -> Plain {
     var other: Plain;
     other.center = subgroupShuffle(splat.center, lane);
@@ -96,14 +96,14 @@ fn broadcast(splat: Plain, lane: u32) -> Plain {
     return other;
 }
 
-// Whether it may touch texel centres in the box lo..hi.
+// Whether the splat may touch texel centres in the box lo..hi.
 fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     let setup = gaussian_setup(footprint);
     let bounds = footprint.bounds;
     if PERSPECTIVE {
         return gaussian_touches(view, setup, bounds, lo, hi);
     }
-    // As there, where e is 1.
+    // As in `gaussian_touches`, with e = 1.
     let w = setup.whitening;
     let low = lo - SLACK - bounds.xy;
     let high = hi + SLACK - bounds.xy;
@@ -119,7 +119,7 @@ fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f3
     return !(min(squares.x, squares.y) > bounds.z * bounds.z * WIDER);
 }
 
-// `delta`: from its centre [texels].
+// `delta`: from the splat's centre [texels].
 fn plain_hit(view: GpuView, splat: Plain, delta: vec2<f32>, opaque: f32) -> PlainHit {
     let end = select(1.0, opaque, HAS_OPAQUE);
     // Operation by operation as `approach`: the same bits.

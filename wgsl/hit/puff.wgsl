@@ -5,8 +5,8 @@ import package::hit::hit::{Hit, MISS, absorption, transmittance};
 import package::records::view::{GpuView, is_beside};
 import package::sums::faint::{tau_absorbed, whole_tau};
 
-// A puff absorbs along the chord of the ray through the sphere in front of the opaque
-// surface: the transfer along a whole diameter, to the power of the chord's share of it.
+// A puff absorbs along the ray's chord through the sphere in front of the opaque surface: its transfer along
+// a diameter, to the power of the chord's share of the diameter.
 fn puff_hit(
     view: GpuView,
     bounds: vec4<f32>,
@@ -56,7 +56,9 @@ fn puff_hit(
     let entered = (first - view.near) / range;
     let left = (last - view.near) / range;
     let light = pow(per_diameter, vec3(share));
-    let absorbed = tau_absorbed(whole_tau(absorption(materials[material_id].transfer, thin, alpha, color)) * share);
+    let absorbed = tau_absorbed(
+        whole_tau(absorption(materials[material_id].transfer, thin, alpha, color)) * share
+    );
     let depth = select(-1.0, entered, share > 0.0);
     return Hit(light, color, opacity, depth, depth, left, material_id, absorbed);
 }

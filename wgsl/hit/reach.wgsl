@@ -1,7 +1,8 @@
 // Extent of a footprint in the map.
 
 import package::features::{
-    HAS_BRICKS, HAS_CAPSULES, HAS_GAUSSIANS, HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES, only_capsules, only_gaussians,
+    HAS_BRICKS, HAS_CAPSULES, HAS_GAUSSIANS, HAS_PUFFS, HAS_QUADS, HAS_TRIANGLES, only_capsules,
+    only_gaussians,
 };
 import package::hit::capsule::{capsule_half, capsule_touches};
 import package::hit::gaussian::gaussian_touches;

@@ -4,7 +4,7 @@ import package::bind::read::small_depths;
 import package::features::HAS_SMALL;
 import package::records::view::{GpuView, TILE_SIZE};
 
-// Least of these depths at a texel of the view's map, 1 if there is none.
+// Least depth of these triangles at a texel of the view's map, 1 for none.
 fn small_depth(view: GpuView, texel: vec2<u32>) -> f32 {
     if !HAS_SMALL {
         return 1.0;

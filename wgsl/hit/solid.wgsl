@@ -1,5 +1,5 @@
-// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones. CPU reference:
-// crates/gobo-reference/src/occlude.rs.
+// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones. CPU
+// reference: crates/gobo-reference/src/occlude.rs.
 
 import package::bind::uniform::materials;
 import package::hit::hit::Hit;

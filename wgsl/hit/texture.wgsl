@@ -1,16 +1,16 @@
-// Images of materials: one layer each, bilinear, repeating; in the picture trilinear, over what a sample sees. CPU
-// reference: crates/gobo-reference/src/texture.rs.
+// Images of materials, a layer each: bilinear, repeating; in the picture trilinear, over the area that a
+// sample sees. CPU reference: crates/gobo-reference/src/texture.rs.
 
-// Most samples of an image along the longer side of what a sample of the picture sees of it.
+// Largest number of taps along the longer side of the area that a sample of the picture sees of an image.
 const MAX_IMAGE_TAPS: u32 = 4u;
 
-// A sample over what is seen of an image.
+// Mean of an image over an area.
 struct Sampled {
     rgba: vec4<f32>,
     level: f32, // of the texels that were read
 }
 
-// Weight of the colour of what is clear: just so much that an image without any opacity has a colour.
+// Weight of the colour of clear texels: just enough that an image without any opacity has a colour.
 const CLEAR_WEIGHT: f32 = 0.0000152587890625; // 1/65536
 
 fn color_weight(alpha: f32, shows_clear: bool) -> f32 {
@@ -33,7 +33,7 @@ fn weighted_texel(
     return vec4(texel.rgb * color_weight(texel.a, shows_clear), texel.a);
 }
 
-// `shows_clear`: whether colours count alike; else by their alpha.
+// `shows_clear`: whether all colours count alike; else by their alpha.
 fn sample_texture(
     images: texture_2d_array<f32>,
     layer: u32,
@@ -44,7 +44,7 @@ fn sample_texture(
     return unweighted(sample_level(images, layer, size, uv, 0, shows_clear), shows_clear);
 }
 
-// Weighted. `size`: of the level [texels].
+// Weighted mean of four texels. `size`: of the level [texels].
 fn sample_level(
     images: texture_2d_array<f32>,
     layer: u32,
@@ -75,8 +75,9 @@ fn level_size(size: vec2<f32>, level: i32) -> vec2<f32> {
     return vec2<f32>(max(vec2<u32>(size) >> vec2(u32(level)), vec2(1u)));
 }
 
-// Mean over what a sample sees: a parallelogram of the sides `right` and `down` [uv] around `uv`, by taps along the
-// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
+// Mean over the area that a sample sees: a parallelogram with the sides `right` and `down` [uv] around `uv`,
+// by taps along its longer side, each from the level whose texels are as large as its share ("Feline",
+// McCormack et al. 1999).
 fn sample_area(
     images: texture_2d_array<f32>,
     layer: u32,
@@ -95,7 +96,7 @@ fn sample_area(
     let level = clamp(log2(long / taps), 0.0, last);
     let low = i32(level);
     let part = level - f32(low);
-    // One call that samples: GPUs hold little code, and a pane has images of two kinds.
+    // A single call that samples: GPUs cache little code, and a pane has images of two kinds.
     let steps = select(1, 2, part > 0.0);
     var rgba = vec4(0.0);
     for (var tap = 0.5; tap < taps; tap += 1.0) {

@@ -9,7 +9,7 @@ import package::hit::triangle_edges::{edge_products, is_inside};
 import package::records::material::{MAX_GAIN, NO_TEXTURE, TRANSFER_CUTOUT, TRANSFER_GAIN, shows_clear};
 import package::records::setup::setup_texel;
 
-// Images are seen by the camera, filtered over what a sample of the picture sees. Maps read their texels.
+// Whether images are filtered over the area that a sample of the picture sees. Maps read single texels.
 override FILTERS_IMAGES: bool = false;
 
 fn edge(setup: u32, i: u32, texel: vec2<f32>) -> f32 {
@@ -42,7 +42,7 @@ fn triangle_uv(setup: u32, barycentric: vec3<f32>) -> vec2<f32> {
     return ab.xy * barycentric.x + ab.zw * barycentric.y + c * barycentric.z;
 }
 
-// Colour of the corners, which are stored as square roots of linear light, and alpha.
+// Colour, interpolated between the corners, which store square roots of linear light, and alpha.
 fn triangle_color(setup: u32, barycentric: vec3<f32>) -> vec4<f32> {
     if !HAS_VERTEX_COLORS {
         return vec4(1.0);
@@ -60,7 +60,7 @@ fn corner_color(bits: u32) -> vec4<f32> {
     return vec4(corner.rgb * corner.rgb, corner.a);
 }
 
-// An image at `texel`, over what a sample of the picture sees of it. `all_colors`: as `shows_clear` says.
+// An image at `texel`, over the area that a sample of the picture sees. `all_colors`: as `shows_clear`.
 fn triangle_image(
     layer: u32,
     size: vec2<f32>,
@@ -78,7 +78,7 @@ fn triangle_image(
     let third = bitcast<vec2<f32>>(setup_texel(setup, 2u).zw) * weights.z;
     let sum = edge(setup, 0u, texel) * weights.x + edge(setup, 1u, texel) * weights.y
         + edge(setup, 2u, texel) * weights.z;
-    // Changes of the weighted corners from a pixel to the next, divided by those of their sum.
+    // Changes of the weighted corners from one pixel to the next, divided by those of their sum.
     let right = -((ab.xy - uv) * first.y + (ab.zw - uv) * second.y + (c - uv) * third.y);
     let down = (ab.xy - uv) * first.x + (ab.zw - uv) * second.x + (c - uv) * third.x;
     let reach = picture_params.image_reach / sum;
@@ -94,7 +94,14 @@ fn triangle_hit(setup: u32, texel: vec2<f32>, passes: f32) -> Hit {
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
         let all_colors = shows_clear(material.transfer);
         if FILTERS_IMAGES {
-            image = triangle_image(material.texture, material.texture_size, setup, texel, met.xyz, all_colors);
+            image = triangle_image(
+                material.texture,
+                material.texture_size,
+                setup,
+                texel,
+                met.xyz,
+                all_colors,
+            );
         } else {
             let uv = triangle_uv(setup, met.xyz);
             image.rgba = sample_texture(images, material.texture, material.texture_size, uv, all_colors);
@@ -104,7 +111,7 @@ fn triangle_hit(setup: u32, texel: vec2<f32>, passes: f32) -> Hit {
     let tint = materials[material_id].tint * triangle_color(setup, met.xyz) * image.rgba;
     var opacity = 1.0 - (1.0 - tint.a) * (1.0 - material.reflectivity);
     if FILTERS_IMAGES && material.transfer == TRANSFER_CUTOUT {
-        // Of texels that are smaller than a pixel, the mean opacity is the share that is solid.
+        // Where texels are smaller than a pixel, the mean opacity is the share that is solid.
         opacity += (material.cutoff - picture_params.cutout_threshold) * saturate(image.level);
     }
     var color = select(tint.rgb, tint.rgb / MAX_GAIN, material.transfer == TRANSFER_GAIN);

@@ -19,11 +19,12 @@ fn owns_edge(a: vec2<f32>, b: vec2<f32>, area: f32) -> bool {
     return precedes(a, b) == (area > 0.0);
 }
 
-// Where the line of an edge lies that is farther away [texels]: beside it, no texel's place makes a difference in 32 bits.
+// Distance of an edge whose line is farther away [texels]: beside it, the place of a texel makes no
+// difference in 32 bits.
 const FAR_EDGE: f32 = 1099511627776.0;
 
-// Line of an edge with a corner that has no position in the map: a plane through the eye (Olano and Greer 1997, section
-// 3). `a` and `b`: homogeneous corners; `turn`: its sign is the triangle's orientation.
+// Line of an edge with a corner that has no position in the map: a plane through the eye (Olano and Greer
+// 1997, section 3). `a` and `b`: homogeneous corners; `turn`: its sign is the triangle's orientation.
 fn edge_plane(a: vec3<f32>, b: vec3<f32>, turn: f32) -> vec4<f32> {
     let forward = precedes(a.xy, b.xy);
     let sign = select(-1.0, 1.0, forward == (turn > 0.0));
@@ -41,8 +42,9 @@ fn edge_products(line: vec4<f32>, texel: vec2<f32>) -> vec2<f32> {
     return vec2(line.z * (texel.y - line.y), line.w * (texel.x - line.x));
 }
 
-// Whether a texel is inside of all edges, by their products. These are compared, not subtracted: of a difference a compiler
-// may round one product only, another one in the triangle on the other side (tests/stages/edges.rs).
+// Whether a texel is inside of all edges, by their products. These are compared, not subtracted: of a
+// difference a compiler may round one product only, another one in the triangle on the other side
+// (tests/stages/edges.rs).
 fn is_inside(a: vec2<f32>, b: vec2<f32>, c: vec2<f32>, ties: vec3<bool>) -> bool {
     let first = vec3(a.x, b.x, c.x);
     let second = vec3(a.y, b.y, c.y);

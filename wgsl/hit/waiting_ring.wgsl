@@ -1,5 +1,5 @@
-// Hits of one ray that wait, in private memory: a ring, as few hits come late. One slot is free: what leaves need not
-// be held while others move up.
+// Hits of one ray that wait, in private memory: a ring, because few hits come late. One slot is free, so that
+// the hit that leaves need not be held while others move up.
 
 import package::curve::lights::Lights;
 import package::features::HAS_VOLUMES;
@@ -44,7 +44,7 @@ fn set_hit(slot: u32, hit: Hits) {
     }
 }
 
-// Takes the nearest of the hits that wait and the one that came.
+// Adds a hit; takes the nearest of it and those that wait.
 fn exchange_hits(came: Hits) -> Hits {
     if came.depth < 0.0 || came.depth < ring[nearest_slot * HIT_WORDS] {
         return came;
@@ -65,7 +65,7 @@ fn exchange_hits(came: Hits) -> Hits {
     return left;
 }
 
-// Takes the nearest, `WAITING` times at most. None is added any more.
+// Takes the nearest hit, at most `WAITING` times, when no more are added.
 fn take_hits() -> Hits {
     let left = hit_at(nearest_slot);
     nearest_slot = (nearest_slot + 1u) % RING_SLOTS;

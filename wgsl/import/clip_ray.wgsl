@@ -1,4 +1,4 @@
-// Ray of a texel of ours in the clip space of a host's camera with the same rays: clip coordinates are
+// Ray of a texel of our map in the clip space of a host's camera with the same rays: clip coordinates are
 // `slope * distance + start`, `distance` along our axis [m]. Rust: crates/gobo-reference/src/import.rs.
 
 struct ClipRay {

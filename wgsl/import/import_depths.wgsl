@@ -13,7 +13,7 @@ override WORKGROUP_EDGE: u32;
 fn light_depth(params: ImportParams, ray: ClipRay, depth: f32) -> f32 {
     let distance = (depth * ray.start.w - ray.start.z) / (ray.slope.z - depth * ray.slope.w);
     let light_depth = (distance - params.near) / (params.far - params.near);
-    // A surface in front of the near plane blocks all the same. A NaN is no surface.
+    // A surface in front of the near plane still blocks. A NaN is no surface.
     return select(1.0, clamp(light_depth, 0.0, 1.0), depth != params.empty && light_depth <= 1.0);
 }
 

@@ -1,6 +1,5 @@
 // Children of a block: 4 x 4 blocks of the level below, weighted by a quadratic B-spline, which is a sum of
-// four of half its width. Blocks that don't overlap show as beads along thin bars that are slanted against
-// them.
+// four of half its width. Blocks that don't overlap show as beads along thin slanted bars.
 
 import package::curve::mean::{Ramp, light_before, next_ramp};
 import package::curve::node::{node_of_pair, used_nodes};
@@ -65,7 +64,7 @@ fn child_share() -> f32 {
     return child_weight;
 }
 
-// Behind the last used node of any child there is nothing.
+// Behind its last used node a child has no ramps.
 fn ramp_count() -> u32 {
     return most_ramps;
 }

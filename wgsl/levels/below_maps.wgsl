@@ -67,8 +67,8 @@ fn child_share() -> f32 {
     return 0.25;
 }
 
-// Ramps of translucent casters, then of the opaque surface, one per channel where they differ. Behind the last used
-// node of any child there is nothing.
+// Ramps of translucent casters, then of the opaque surface, one per channel where they differ. Behind its
+// last used node a child has no ramps.
 fn ramp_count() -> u32 {
     return most_nodes + opaque_count;
 }
@@ -90,7 +90,7 @@ fn child_ramp(k: u32) -> Ramp {
     return shifted(own_ramp(k), child_shift);
 }
 
-// In the depths of the child's own view.
+// Ramp `k` in the depths of the child's own view.
 fn own_ramp(k: u32) -> Ramp {
     if k >= most_nodes {
         return opaque_ramp(k - most_nodes);

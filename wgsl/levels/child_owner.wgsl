@@ -1,5 +1,5 @@
-// Source of a child of a block: beyond the edge of a cube's face a child of the neighbour, else the nearest
-// one.
+// Source of a child of a block: beyond the edge of a cube's face, a child of the neighbouring face; else the
+// nearest child.
 
 import package::curve::mean::Ramp;
 import package::curve::node::DEPTHS;
@@ -9,7 +9,7 @@ import package::records::light::shadow_view;
 import package::records::view::{GpuView, ROLE_FACE};
 import package::shade::incoming::cube_face;
 
-// Its depths become this face's by `shift`: times x, plus y, in fixed point.
+// `shift` turns its depths into this face's: times x, plus y, in fixed point.
 struct ChildOwner {
     view: GpuView,
     leveled: u32,
@@ -18,7 +18,14 @@ struct ChildOwner {
 }
 
 // `size`: number of children of the face [children], `edge`: edge of a child [texels].
-fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, edge: f32, at: vec2<i32>) -> ChildOwner {
+fn child_owner(
+    view: GpuView,
+    leveled: u32,
+    first_face: u32,
+    size: vec2<i32>,
+    edge: f32,
+    at: vec2<i32>,
+) -> ChildOwner {
     let nearest = clamp(at, vec2(0), size - 1);
     var owner = ChildOwner(view, leveled, nearest, vec2(1.0, 0.0));
     if HAS_FACES && any(nearest != at) && view.role == ROLE_FACE {
@@ -39,7 +46,7 @@ fn child_owner(view: GpuView, leveled: u32, first_face: u32, size: vec2<i32>, ed
     return owner;
 }
 
-// A ramp of a child whose depths become this face's.
+// The ramp of a child, with its depths turned into this face's.
 fn shifted(ramp: Ramp, shift: vec2<f32>) -> Ramp {
     if HAS_FACES {
         let start = clamp(round(ramp.start * shift.x + shift.y), 1.0, DEPTHS);

@@ -1,6 +1,5 @@
-// levels: the blocks of one level of all leveled views, each from texels or blocks below. One invocation per
-// block, the border included. Truth: tests/common/area_truth.rs. Rust:
-// src/stage/levels.rs.
+// levels: the blocks of one level of all views with levels, each from texels or blocks below. One invocation
+// per block, borders included. Truth: tests/common/area_truth.rs. Rust: src/stage/levels.rs.
 
 import choice::below::{child_count, open_child, ramp_count};
 import package::bind::stored::new_levels;
@@ -29,7 +28,7 @@ fn level_blocks(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = vec2<i32>(id.xy) - i32(SKIRT);
     open_child(view, id.z, level_params.level, at);
     let ramps = ramp_count();
-    // Most blocks hold nothing.
+    // Most blocks are empty.
     let children = select(0u, child_count(), ramps > 0u);
     let pairs = select(0u, BLOCK_TEXELS, map.first < 0xffffffffu);
     find_parts(children, ramps, 2u * BLOCK_TEXELS);

@@ -1,4 +1,4 @@
-// A row of an invocation's texels that have few hits, which have a node each.
+// Curves of a row of an invocation's texels with few hits, each of which has a node.
 
 import package::curve::node::{DEPTHS, LEVELS};
 import package::features::{NODES, unrolled};
@@ -6,22 +6,21 @@ import package::hit::disc::{Disc, disc_hit};
 import package::llvmpipe::curve_state::is_few;
 import package::llvmpipe::curve_texels::{ROWS, TRACE, corner, texels, unused_node};
 import package::records::view::GpuView;
-import choice::output::store_nodes;
+import choice::output::store_nodes_where;
 
 // The row of texels with few hits that is walked.
 struct Row {
-    offset: f32,     // from the first
+    offset: f32,     // from the first texel
     opaque: f32,
     is_few: bool,
-    count: u32,      // hits so far
     owed: vec3<f32>, // what rounding has taken of what the nodes pass
 }
 
 var<private> few: Row;
-var<private> few_nodes: array<vec2<u32>, 16>;
+var<private> few_nodes: array<vec2<u32>, 16>; // the last ones are used
 
 fn start_few(row: u32) {
-    few = Row(f32(row), 1.0, false, 0u, vec3(0.0));
+    few = Row(f32(row), 1.0, false, vec3(0.0));
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         few.opaque = select(few.opaque, texels[i].opaque, i == row);
         few.is_few = select(few.is_few, is_few(i), i == row);
@@ -31,18 +30,22 @@ fn start_few(row: u32) {
     }
 }
 
-// A node of its own for a hit.
+// Puts a node behind the others.
+fn push_node(node: vec2<u32>, is: bool) {
+    for (var k = 0u; k < unrolled(NODES - 1u); k += 1u) {
+        few_nodes[k] = select(few_nodes[k], few_nodes[k + 1u], is);
+    }
+    few_nodes[NODES - 1u] = select(few_nodes[NODES - 1u], node, is);
+}
+
+// Adds a hit, with a node of its own.
 fn add_few(own: vec3<f32>, depth: f32, is_hit: bool) {
     let wanted = clamp(own + few.owed, vec3(0.0), vec3(1.0));
     let level = round(wanted * LEVELS);
     few.owed = select(few.owed, wanted - level * (1.0 / LEVELS), is_hit);
     let start = u32(clamp(round(depth * DEPTHS), 1.0, DEPTHS));
     let bits = vec3<u32>(level);
-    let node = vec2((start << 16u) | (bits.r >> 8u), (bits.r << 24u) | (bits.g << 12u) | bits.b);
-    for (var k = 0u; k < unrolled(NODES); k += 1u) {
-        few_nodes[k] = select(few_nodes[k], node, is_hit & (few.count == k));
-    }
-    few.count += select(0u, 1u, is_hit);
+    push_node(vec2((start << 16u) | (bits.r >> 8u), (bits.r << 24u) | (bits.g << 12u) | bits.b), is_hit);
 }
 
 fn visit_few(view: GpuView, disc: Disc) {
@@ -55,13 +58,9 @@ fn store_few(view: GpuView) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         rest = select(rest, texels[i].rest, f32(i) == few.offset);
     }
-    for (var k = 0u; k < unrolled(NODES); k += 1u) {
-        few_nodes[k] = select(few_nodes[k], rest, few.count == k);
-    }
-    if few.is_few {
-        for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
-            let nodes = vec4(few_nodes[2u * pair], few_nodes[2u * pair + 1u]);
-            store_nodes(view, corner, u32(few.offset), pair, nodes);
-        }
+    push_node(rest, rest.x >= 0x10000u);
+    for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
+        let nodes = vec4(few_nodes[2u * pair], few_nodes[2u * pair + 1u]);
+        store_nodes_where(view, corner, u32(few.offset), pair, nodes, few.is_few);
     }
 }

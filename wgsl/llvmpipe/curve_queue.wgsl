@@ -1,39 +1,45 @@
-// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes on a software adapter that
-// collect discs as wgsl/llvmpipe/queue.wgsl does. The texels of a subgroup end their nodes together, behind eight discs,
-// where the mean of their places is past the node's share, so that all store at once. Texels of few hits are walked once
-// more, and store a node for each. llvmpipe takes both sides of branches, but it leaves loops.
+// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes on a software
+// adapter that collect discs as wgsl/llvmpipe/queue.wgsl does. The texels of a subgroup end their nodes
+// together, behind a batch of eight discs, once the mean of their places is past the node's share, so that
+// all store at once. Texels with few hits are walked once more, and store a node for each hit. llvmpipe takes
+// both sides of branches, but it leaves loops.
 
 import package::features::{NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::broadcast_disc;
 import package::llvmpipe::curve_few::{start_few, store_few, visit_few};
 import package::llvmpipe::curve_state::{
-    changes, counts_on, few_rows, has_many, lost_light, sample_changes, sample_lost, seeks,
+    changes, counts_on, few_rows, has_many, lost_light, lost_so_far, sample_changes, sample_lost, sample_lost_so_far, seeks,
 };
 import package::llvmpipe::curve_texels::{
-    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample, store_pairs, visit,
+    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample,
+    store_pairs, visit,
 };
 import package::llvmpipe::queue::{
-    Collected, Prepared, QUEUE, Queue, fill, join_lanes, prepare_lane, without_eight,
+    Collected, Prepared, QUEUE, Queue, fill, fill_within, join_lanes, lanes_sum, prepare_lane,
+    without_eight,
 };
 import package::records::view::GpuView;
-import package::traversal::subgroup_block::Block;
+import package::traversal::subgroup_block::{Block, block_high, block_low};
 
-// Depths of a batch of eight.
+// A batch of eight discs: their light depths.
 struct Batch {
     queue: Queue,
     first: f32,
     last: f32,
-    front: f32, // no later one is nearer
+    front: f32, // no later disc is nearer
 }
 
 const CHANGES: u32 = 1u; // some texel can still change
 const SEEKS: u32 = 2u;   // some nearest depth may still change, or some texel has few hits
 
 fn wanted(front: f32, lane: u32) -> u32 {
-    return join_lanes(select(0u, CHANGES, changes(front)) | select(0u, SEEKS, seeks(front) || counts_on(front)), lane);
+    return join_lanes(
+        select(0u, CHANGES, changes(front)) | select(0u, SEEKS, seeks(front) || counts_on(front)),
+        lane,
+    );
 }
 
-// Of a disc's middle; of those beside the view nearly.
+// Light depth of a disc's middle; approximate for discs beside the view.
 fn light_depth(view: GpuView, depth: f32) -> f32 {
     if PERSPECTIVE {
         return saturate((depth - view.near) / (view.far - view.near));
@@ -41,7 +47,7 @@ fn light_depth(view: GpuView, depth: f32) -> f32 {
     return depth;
 }
 
-// The next eight, and what is behind them.
+// The next eight discs, and the queue behind them.
 struct Eight {
     prepared: Prepared,
     count: u32,
@@ -49,7 +55,10 @@ struct Eight {
 }
 
 fn next_eight(view: GpuView, old: Queue, end: u32, block: Block) -> Eight {
-    let queue = fill(view, old, end, block);
+    return eight_of(view, fill(view, old, end, block), block);
+}
+
+fn eight_of(view: GpuView, queue: Queue, block: Block) -> Eight {
     let count = queue.collected.count;
     let prepared = prepare_lane(view, queue.collected.footprints.x, block.lane < count);
     return Eight(prepared, count, Queue(without_eight(queue.collected), queue.base));
@@ -78,22 +87,16 @@ fn is_left(queue: Queue, end: u32) -> bool {
     return (queue.base < end) | (queue.collected.count > 0u);
 }
 
-// Of all lanes.
-fn lanes_sum(v: f32, lane: u32) -> f32 {
-    let two = v + subgroupShuffle(v, lane ^ 1u);
-    let four = two + subgroupShuffle(two, lane ^ 2u);
-    return four + subgroupShuffle(four, lane ^ 4u);
-}
-
 struct Found {
-    lost: f32,  // light, of all texels
-    first: f32, // depths of the first disc and of the last one that changes a texel
+    lost: f32,  // light lost by all texels
+    first: f32, // depths of the first and the last disc that change a texel
     last: f32,
-    is_sample: bool, // light of a quarter of the rows
+    is_sample: bool, // `lost` is measured on a quarter of the rows
 }
 
+// In the second walk.
 fn all_lost(found: Found, lane: u32) -> f32 {
-    return lanes_sum(select(lost_light(), sample_lost(), found.is_sample), lane);
+    return lanes_sum(select(lost_so_far(), sample_lost_so_far(), found.is_sample), lane);
 }
 
 // The first walk.
@@ -114,7 +117,7 @@ fn count_all(view: GpuView, first: u32, end: u32, block: Block) -> Found {
             break;
         }
     }
-    // The light of the rest is that of a quarter of the rows: the second walk has all of it.
+    // The rest of the light is measured on a quarter of the rows: the second walk computes all of it.
     loop {
         if is_left(queue, end) & ((wants & CHANGES) != 0u) {
             let eight = next_eight(view, queue, end, block);
@@ -174,7 +177,7 @@ fn take_all(view: GpuView, first: u32, end: u32, block: Block, found: Found) {
             break;
         }
     }
-    // What is free.
+    // Free nodes.
     end_nodes();
     end_nodes();
     loop {
@@ -188,17 +191,31 @@ fn take_all(view: GpuView, first: u32, end: u32, block: Block, found: Found) {
     }
 }
 
-// Texels that have few hits, row by row.
+// Half of a queue: each loop is executed once, whether there is a row or not.
+const TURN: u32 = 4u;
+
+// Texels that have few hits, row by row, by the discs that touch the row.
 fn walk_few(view: GpuView, first: u32, end: u32, block: Block, all_rows: u32) {
     var rows = all_rows;
     loop {
-        start_few(firstTrailingBit(rows | 128u));
         var queue = Queue(Collected(vec3(0u), 0u), select(end, first, rows != 0u));
+        let row = firstTrailingBit(rows | 128u);
+        start_few(row);
+        let low = block_low(block) + vec2(0.0, f32(row));
+        let high = vec2(block_high(block).x, low.y);
         loop {
             if is_left(queue, end) {
-                let eight = next_eight(view, queue, end, block);
-                for (var k = 0u; k < unrolled(QUEUE); k += 1u) {
-                    visit_few(view, broadcast_disc(eight.prepared.plain, k));
+                let within = fill_within(view, queue, end, block.lane, low, high);
+                let eight = eight_of(view, within, block);
+                var turn = 0u;
+                loop {
+                    for (var k = 0u; k < unrolled(TURN); k += 1u) {
+                        visit_few(view, broadcast_disc(eight.prepared.plain, turn + k));
+                    }
+                    turn += TURN;
+                    if turn >= min(eight.count, QUEUE) {
+                        break;
+                    }
                 }
                 queue = eight.rest;
             }
@@ -220,7 +237,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     let block = Block(lane, QUEUE, texel, texel + vec2(QUEUE - 1u, 0u));
     var found = count_all(view, first, end, block);
     add_scattered(found.last);
-    found.lost = all_lost(found, lane);
+    found.lost = lanes_sum(select(lost_light(), sample_lost(), found.is_sample), lane);
     let rows = join_lanes(few_rows() | select(0u, 256u, has_many()), lane);
     if !found.is_sample {
         keep_found();

@@ -1,4 +1,4 @@
-// What an invocation's texels of wgsl/llvmpipe/curve_queue.wgsl need of a walk.
+// State of a walk of wgsl/llvmpipe/curve_queue.wgsl in an invocation's texels.
 
 import package::features::{NODES, unrolled};
 import package::llvmpipe::curve_texels::{ROWS, light_of, texels};
@@ -6,11 +6,11 @@ import package::sums::sums::BLACK;
 
 // Whether light can still change at or behind `front`.
 fn changes(front: f32) -> bool {
-    var some = false;
+    var most = vec3(0.0);
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        some = some | (any(texels[i].light >= vec3(BLACK)) & (texels[i].opaque > front));
+        most = max(most, select(vec3(0.0), texels[i].light, texels[i].opaque > front));
     }
-    return some;
+    return any(most >= vec3(BLACK));
 }
 
 // Whether a nearest depth may still change.
@@ -22,7 +22,7 @@ fn seeks(front: f32) -> bool {
     return some;
 }
 
-// Whether some texel may have few hits, as far as they were counted.
+// Whether some texel may have few hits, by the count so far.
 fn counts_on(front: f32) -> bool {
     var some = false;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
@@ -32,7 +32,7 @@ fn counts_on(front: f32) -> bool {
     return some;
 }
 
-// The same as `changes`, of the rows of `sample`.
+// The same as `changes`, for the rows of `sample`.
 fn sample_changes() -> bool {
     return any(max(texels[2].light, texels[5].light) >= vec3(BLACK));
 }
@@ -50,11 +50,24 @@ fn lost_light() -> f32 {
     return sum;
 }
 
+// The same in the second walk, which keeps the sums of channels.
+fn lost_so_far() -> f32 {
+    var sum = 0.0;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        sum += 3.0 - texels[i].sum;
+    }
+    return sum;
+}
+
+fn sample_lost_so_far() -> f32 {
+    return 6.0 - (texels[2].sum + texels[5].sum);
+}
+
 fn is_few(i: u32) -> bool {
     return (texels[i].count > 0.0) & (texels[i].count < f32(NODES + 1u));
 }
 
-// Rows that hold texels with few hits, a bit each.
+// Rows that hold texels with few hits, as bits.
 fn few_rows() -> u32 {
     var rows = 0u;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {

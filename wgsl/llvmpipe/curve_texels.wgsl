@@ -1,4 +1,4 @@
-// Accumulator: the texels of an invocation of wgsl/llvmpipe/curve_queue.wgsl, a column of them.
+// Accumulator: a column of texels of an invocation of wgsl/llvmpipe/curve_queue.wgsl.
 
 import package::bind::sampled::opaques;
 import package::curve::node::{DEPTHS, packed_node, quick_passed};
@@ -20,25 +20,25 @@ struct Texel {
     sum: f32,         // of the light's channels
     nearest: f32,     // light depths: of the nearest visible hit, and of the opaque surface
     opaque: f32,
-    count: f32,       // hits, fainter ones in part
-    // Of the open node: light that is taken, and the first two moments of its depth from `anchor`.
+    count: f32,       // hits; faint ones count in part
+    // Open node: light that it takes, and the first two moments of the light's depth from `anchor`.
     taken: f32,
     off: f32,
     square: f32,
-    low: f32,         // light depths that it spans, in perspective views
+    low: f32,         // light depths that the node spans, in perspective views
     high: f32,
-    left: vec3<f32>,  // light behind the nodes that were stored
-    before: vec2<u32>, // the first node of a pair, and the second
+    left: vec3<f32>,  // light behind the stored nodes
+    before: vec2<u32>, // first and second node of a pair
     node: vec2<u32>,
-    rest: vec2<u32>,  // the node of casters without pairs
-    rest_light: vec3<f32>, // that they pass
+    rest: vec2<u32>,  // node of the casters without pairs
+    rest_light: vec3<f32>, // light that they pass
 }
 
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
 var<private> texels: array<Texel, ROWS>;
-// Transmittance of all hits, and depth of the nearest visible one, of each texel.
+// Transmittance of all hits, and depth of the nearest visible one, per texel.
 var<private> found: array<vec4<f32>, ROWS>;
-// Light depths that the open node spans, and from which its moments are.
+// Origin of the open node's moments, and the light depths that the node spans.
 var<private> anchor: f32;
 var<private> low: f32;
 var<private> high: f32;
@@ -59,7 +59,7 @@ fn start(view: GpuView, texel: vec2<u32>) {
     light_all();
 }
 
-// Before a walk.
+// Called before a walk.
 fn light_all() {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         texels[i].light = vec3(1.0);
@@ -89,7 +89,7 @@ fn hit_of(view: GpuView, disc: Disc, i: u32) -> DiscHit {
     return disc_hit(view, disc, corner + vec2(0.5, f32(i) + 0.5) - disc.center, texels[i].opaque);
 }
 
-// `counts`: in the first walk.
+// `counts`: whether this is the first walk.
 fn visit(view: GpuView, disc: Disc, counts: bool) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let hit = hit_of(view, disc, i);
@@ -98,8 +98,7 @@ fn visit(view: GpuView, disc: Disc, counts: bool) {
         if counts {
             pass_light(i, absorbed);
             texels[i].count += min(presence * (1.0 / TRACE), 1.0);
-            let seen = (presence >= VISIBLE_PRESENCE) & (hit.depth < texels[i].nearest);
-            texels[i].nearest = select(texels[i].nearest, hit.depth, seen);
+            texels[i].nearest = min(texels[i].nearest, select(1.0, hit.depth, presence >= VISIBLE_PRESENCE));
         } else {
             pass_light(i, absorbed);
             let behind = dot(light_of(i), vec3(1.0));
@@ -108,7 +107,7 @@ fn visit(view: GpuView, disc: Disc, counts: bool) {
             texels[i].sum = behind;
             texels[i].taken += taken;
             texels[i].off += taken * off;
-            texels[i].square += taken * off * off;
+            texels[i].square += taken * (off * off);
             if PERSPECTIVE {
                 let is = presence > 0.0;
                 texels[i].low = select(texels[i].low, min(texels[i].low, hit.depth), is);
@@ -118,13 +117,14 @@ fn visit(view: GpuView, disc: Disc, counts: bool) {
     }
 }
 
-// As in the first walk, of a quarter of the rows' light.
+// The first walk's visit, for a quarter of the rows and light alone.
 fn sample(view: GpuView, disc: Disc) {
     pass_light(2u, hit_of(view, disc, 2u).profile * disc.absorbed);
     pass_light(5u, hit_of(view, disc, 5u).profile * disc.absorbed);
 }
 
-// Casters without pairs: a hit and a node behind all others. `last`: depth of those.
+// Adds casters without pairs as a hit and a node behind all others. `last`: depth of the last caster with
+// pairs.
 fn add_scattered(last: f32) {
     for (var turn = 0u; turn < u32(scattered()); turn += 1u) {
         for (var i = 0u; i < unrolled(ROWS); i += 1u) {
@@ -172,7 +172,7 @@ fn node_of(i: u32) -> vec2<u32> {
     return select(unused_node(), node, is);
 }
 
-// Behind a walk of all light.
+// Called after a walk over all light.
 fn keep_found() {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         found[i] = vec4(texels[i].rest_light * light_of(i), texels[i].nearest);
@@ -188,7 +188,7 @@ fn end_nodes() {
     }
 }
 
-// The last two nodes. `is_last`: those of casters without pairs come behind.
+// Stores the last two nodes. `is_last`: the node of the casters without pairs comes behind them.
 fn store_pairs(view: GpuView, pair: u32, is_last: bool) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let is_rest = is_last & (texels[i].rest.x >= 0x10000u);
@@ -197,7 +197,7 @@ fn store_pairs(view: GpuView, pair: u32, is_last: bool) {
     }
 }
 
-// Nodes of discs.
+// Number of nodes for discs.
 fn node_count() -> u32 {
     return NODES - u32(scattered());
 }

@@ -1,11 +1,11 @@
-// Stores a finished tile to the maps, curves included, like wgsl/llvmpipe/maps_fetched.wgsl: their cache lines are read
-// before the tile is walked.
+// Stores a finished tile to the maps, curves included, like wgsl/llvmpipe/maps_fetched.wgsl: their cache
+// lines are read before the tile is walked.
 
 import package::bind::updated::{curves, filters, nearests};
 import package::curve::node::curve_layer;
 import package::features::{NODES, unrolled};
 
-// Whether a node would be none and have a length: no map has such a one, which no compiler knows.
+// Whether a node is unused and yet has a length: no map has such a node, but compilers cannot know.
 fn is_impossible(nodes: vec4<u32>) -> bool {
     return ((nodes.x >> 16u) == 0u) & (((nodes.x >> 4u) & 0xfffu) != 0u);
 }
@@ -17,7 +17,7 @@ fn plain_alpha(texel: vec2<u32>, layer: u32) -> f32 {
     let fetched = textureLoad(filters, row, layer).a + textureLoad(nearests, row, layer).r;
     var is = fetched < 0.0;
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
-        // Two lines.
+        // Two cache lines.
         is = is | is_impossible(textureLoad(curves, row, curve_layer(layer, pair)));
         is = is | is_impossible(textureLoad(curves, row + vec2(4u, 0u), curve_layer(layer, pair)));
     }
@@ -31,4 +31,9 @@ fn store_map(at: vec2<u32>, layer: u32, filtered: vec4<f32>, nearest: f32) {
 
 fn store_pair(at: vec2<u32>, layer: u32, nodes: vec4<u32>) {
     textureStore(curves, at, layer, nodes);
+}
+
+// Stores the others again: a branch for each lane takes more.
+fn store_pair_where(at: vec2<u32>, layer: u32, nodes: vec4<u32>, is: bool) {
+    textureStore(curves, at, layer, select(textureLoad(curves, at, layer), nodes, is));
 }

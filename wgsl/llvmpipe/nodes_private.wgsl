@@ -1,4 +1,4 @@
-// Nodes of curves during insertion, in registers: loops over them are written out, and indices are literals.
+// Nodes of curves during insertion, in registers: loops over them are unrolled, and indices are literals.
 // Software drivers read other arrays one lane at a time.
 
 import package::curve::lights::Lights;

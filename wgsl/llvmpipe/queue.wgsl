@@ -1,7 +1,7 @@
-// Walks a tile's soft discs, or splats, like wgsl/traversal/subgroup.wgsl, for subgroups of eight lanes on a software
-// adapter, where branches, reductions and writes within loops are expensive and lanes are neighbours in a
-// row. In crowded tiles the casters that touch the subgroup's block are collected in a queue; eight at a time
-// are multiplied in, with no branch in between. CPU reference: crates/gobo-reference/src/accumulate.rs.
+// Walks a tile's soft discs, or splats, like wgsl/traversal/subgroup.wgsl, for subgroups of eight lanes on a
+// software adapter, where branches, reductions and writes within loops are expensive and lanes are neighbours
+// in a row. In crowded tiles the casters that touch the subgroup's block are collected in a queue; eight at a
+// time are multiplied in, with no branch in between. CPU reference: crates/gobo-reference/src/accumulate.rs.
 
 import package::accumulator::plain::{corner, seeks, settled, visit_plain};
 import package::bind::loaded::pairs;
@@ -12,13 +12,13 @@ import package::records::view::GpuView;
 import package::traversal::subgroup_block::{Block, block_high, block_low};
 import choice::plain::{Plain, SEEKS_APART, broadcast, only_if, plain_touches, prepare};
 
-// Tiles have many casters.
+// Whether tiles have many casters.
 override DENSE: bool = true;
 
 const QUEUE: u32 = 8u; // lanes of the subgroup
 
 struct Collected {
-    footprints: vec3<u32>, // per lane: of the next casters, of those behind them, and so on
+    footprints: vec3<u32>, // per lane: of the next casters, of the casters behind them, and so on
     count: u32,            // of all lanes' casters
 }
 
@@ -30,7 +30,7 @@ struct Queue {
 // Caster of a lane of the queue.
 struct Prepared {
     plain: Plain,
-    front: f32, // no later one is nearer than that of the last lane
+    front: f32, // no later caster is nearer than that of the last lane
 }
 
 // Bitwise or of all lanes.
@@ -40,14 +40,21 @@ fn join_lanes(bits: u32, lane: u32) -> u32 {
     return four | subgroupShuffle(four, lane ^ 4u);
 }
 
-// Ranks of lanes marked by the first bits of 4-bit digits: marked lanes up to each.
+// Sum over all lanes.
+fn lanes_sum(v: f32, lane: u32) -> f32 {
+    let two = v + subgroupShuffle(v, lane ^ 1u);
+    let four = two + subgroupShuffle(two, lane ^ 2u);
+    return four + subgroupShuffle(four, lane ^ 4u);
+}
+
+// Prefix sums of the first bits of 4-bit digits: for each lane, the marked lanes up to it.
 fn ranks(marked: u32) -> u32 {
     return marked * 0x11111111u;
 }
 
-// The marked lane that comes after `n` others.
+// Index of the marked lane that comes after `n` others.
 fn nth_lane(ranks: u32, n: u32) -> u32 {
-    // Lanes but the last whose rank is at most `n`: the fourth bit of their digit stays.
+    // Marks each lane but the last whose rank is at most `n`: the fourth bit of its digit stays.
     let before = (0x08888888u + n * 0x01111111u - (ranks & 0x07777777u)) & 0x08888888u;
     return (((before >> 3u) * 0x01111111u) >> 24u) & 7u;
 }
@@ -57,8 +64,8 @@ fn collect(old: Collected, a: u32, b: u32, marked: u32, lane: u32) -> Collected 
     let ranks_a = ranks(marked & 0x11111111u);
     let ranks_b = ranks((marked >> 1u) & 0x11111111u);
     let count_a = old.count + (ranks_a >> 28u);
-    // Lanes before `count` have one; the others take the next ones, and the rest starts again at
-    // the first lane.
+    // Lanes before `count` have a footprint; the others take the next ones, and the rest starts again at the
+    // first lane.
     let next_a = subgroupShuffle(a, nth_lane(ranks_a, (lane - old.count) & 7u));
     let next_b = subgroupShuffle(b, nth_lane(ranks_b, (lane - count_a) & 7u));
     let first = select(next_b, next_a, lane < count_a);
@@ -83,20 +90,23 @@ fn needs_more(queue: Queue, end: u32) -> bool {
 }
 
 fn fill(view: GpuView, old: Queue, end: u32, block: Block) -> Queue {
+    return fill_within(view, old, end, block.lane, block_low(block), block_high(block));
+}
+
+// `low`, `high`: bounds of texel centres that a caster must touch.
+fn fill_within(view: GpuView, old: Queue, end: u32, lane: u32, low: vec2<f32>, high: vec2<f32>) -> Queue {
     var queue = old;
-    let digit = 1u << (4u * block.lane);
-    let low = block_low(block);
-    let high = block_high(block);
+    let digit = 1u << (4u * lane);
     loop {
         if needs_more(queue, end) {
-            let pair = queue.base + block.lane;
+            let pair = queue.base + lane;
             let a = pair_footprint(pair, end);
             let b = pair_footprint(pair + QUEUE, end);
             let touches_a = pair < end && plain_touches(view, load_footprint(a), low, high);
             let touches_b = pair + QUEUE < end && plain_touches(view, load_footprint(b), low, high);
             let marked =
-                join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), block.lane);
-            queue.collected = collect(queue.collected, a, b, marked, block.lane);
+                join_lanes(select(0u, digit, touches_a) | select(0u, digit << 1u, touches_b), lane);
+            queue.collected = collect(queue.collected, a, b, marked, lane);
             queue.base += 2u * QUEUE;
         }
         if !needs_more(queue, end) {
@@ -129,7 +139,7 @@ struct Crowd {
     wanted: u32, // by some texel: CHANGES, SEEKS
 }
 
-// Visits casters, eight at a time, while texels want all that is `needed`.
+// Visits casters, eight at a time, while some texel wants all that is `needed`.
 fn visit_crowd(view: GpuView, first: Crowd, end: u32, block: Block, needed: u32) -> Crowd {
     let seeks = !SEEKS_APART || (needed & SEEKS) != 0u;
     var crowd = first;
@@ -161,7 +171,7 @@ fn walk_crowded(view: GpuView, first: u32, end: u32, block: Block) {
         return;
     }
     let rest = visit_crowd(view, crowd, end, block, CHANGES | SEEKS);
-    // All texels have their nearest depth.
+    // Now all texels have their nearest depth.
     _ = visit_crowd(view, rest, end, block, CHANGES);
 }
 

@@ -1,5 +1,5 @@
-// Texels of an invocation: four in a column, a component each. What a visit costs beside its texels is shared
-// by them.
+// Texels of an invocation: four in a column, a component each. They share the costs of a visit that don't
+// depend on the texel.
 
 const ROW_COUNT: u32 = 4u;
 

@@ -1,4 +1,4 @@
-// Hits of rays that wait, in registers, the nearest first.
+// Hits of rays that wait, in registers, nearest first.
 
 import package::curve::lights::selected;
 import package::features::unrolled;
@@ -24,7 +24,7 @@ fn selected_hits(a: Hits, b: Hits, is: RowIs) -> Hits {
     );
 }
 
-// Takes the nearest of the hits that wait and those that came.
+// Adds hits; takes the nearest of them and those that wait.
 fn exchange_hits(came: Hits) -> Hits {
     var left = came;
     for (var n = 1u; n < unrolled(WAITING + 1u); n += 1u) {
@@ -36,7 +36,7 @@ fn exchange_hits(came: Hits) -> Hits {
     return left;
 }
 
-// Takes the nearest. None are added any more.
+// Takes the nearest hits, when no more are added.
 fn take_hits() -> Hits {
     let left = waiting[0];
     for (var i = 1u; i < unrolled(WAITING); i += 1u) {

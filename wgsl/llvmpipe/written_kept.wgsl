@@ -1,4 +1,4 @@
-// Nodes are kept in registers, and stored behind the walk: stores that some lanes wait for cost more.
+// Nodes are kept in registers, and stored after the walk: stores that some lanes wait for cost more.
 
 import package::curve::node::packed_node;
 import package::curve::ray::{ROWS, Texel, corner};
@@ -6,7 +6,7 @@ import package::features::{NODES, unrolled};
 import package::records::view::GpuView;
 import choice::output::store_nodes;
 
-const WALKS_APART: bool = true; // each walk has code of its own, without what the other one keeps
+const WALKS_APART: bool = true; // each walk has code of its own, without the state of the other
 
 struct KeptNodes {
     nodes: array<vec2<u32>, 16>,

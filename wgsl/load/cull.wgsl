@@ -2,7 +2,7 @@
 
 import package::bind::uniform::cull_params;
 
-const CULL_BLOCK: u32 = 128u; // (view, group) combinations of a workgroup
+const CULL_BLOCK: u32 = 128u; // (view, group) combinations per workgroup
 const CHUNKS_SHIFT: u32 = 20u;
 
 fn cull_entries() -> u32 {

@@ -1,7 +1,7 @@
-// cull, groups: casters of each group of host casters that a view of a batch may see. One invocation per (view, group)
-// combination, one workgroup per block of them: `listed_counts` has the casters of each combination, and behind them the
-// chunks of each block, then the casters of each. CPU reference: `Frustum` in src/shadows/cull/frustum.rs. Rust:
-// src/stage/load.rs.
+// cull, groups: casters of each group of host casters that a view of a batch may see. One invocation per
+// (view, group) combination, one workgroup per block of them. `listed_counts` holds the casters of each
+// combination, then the chunks of each block, then the casters of each block. CPU reference: `Frustum` in
+// src/shadows/cull/frustum.rs. Rust: src/stage/load.rs.
 
 import package::bind::changed::listed_counts;
 import package::bind::read::host_groups;
@@ -10,8 +10,8 @@ import package::load::cull::{both_counts, chunks_of, cull_blocks, cull_entries, 
 import package::scan::prefix::SCAN_LANES;
 import choice::scan::prefix_sum;
 
-// Rounding of a box as a share of its largest coordinate, and enlargement as a share of its size for axes
-// of a view that are not quite unit. Rust: `widened` in src/shadows/cull/frustum.rs.
+// Rounding of a box, as a share of its largest coordinate, and growth, as a share of its size, for view axes
+// that are not exactly unit. Rust: `widened` in src/shadows/cull/frustum.rs.
 const BOX_ROUNDING: f32 = 3.8146973e-6;
 const BOX_SKEW: f32 = 2e-5;
 

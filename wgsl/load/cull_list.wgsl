@@ -1,5 +1,5 @@
-// cull, list: chunks for `project`, view by view, in order. One invocation per (view, group) combination. Rust:
-// src/stage/load.rs.
+// cull, list: chunks for `project`, view by view, in order. One invocation per (view, group) combination.
+// Rust: src/stage/load.rs.
 
 import package::bind::changed::{chunks, listed_counts};
 import package::bind::uniform::cull_params;

@@ -1,4 +1,5 @@
-// cull, scan: chunks and footprints of all blocks before each block, in place, and those of the list. One workgroup. Rust: src/stage/load.rs.
+// cull, scan: exclusive prefix sums of the blocks' chunks and footprints, in place, and their totals for the
+// list. One workgroup. Rust: src/stage/load.rs.
 
 import package::bind::changed::{listed_bin_params, listed_counts, listed_project_params};
 import package::bind::uniform::cull_params;
@@ -7,7 +8,8 @@ import package::scan::agreed::agreed;
 import package::scan::prefix::SCAN_LANES;
 import choice::scan::prefix_sum;
 
-// Replaces the counts of blocks, from `first` on, by the sum of those before and `start`; that of all.
+// Replaces the counts of blocks, from `first` on, by their exclusive prefix sum from `start`; returns the
+// total.
 fn scan_blocks(lane: u32, first: u32, start: u32) -> u32 {
     let block_count = agreed(lane, cull_blocks());
     var total = start;

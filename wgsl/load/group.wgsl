@@ -1,12 +1,12 @@
-// A workgroup of `load`: a run of the host's casters, of which the valid ones are compacted, in order, with a box around
-// them. Every lane adds its caster, then asks for its slot, then the group is stored.
+// A workgroup of `load`: a run of the host's casters. The valid ones are compacted, in order, with a box
+// around them. Every lane adds its caster, then asks for its slot, then the group is stored.
 
 import package::bind::changed::{host_counters, host_groups};
 import package::bind::read::host_counts;
 import package::bind::uniform::load_params;
 import package::records::host::{CHUNK_SIZE, MAX_COORDINATE, HostGroup};
 
-const STRETCH: u32 = 16u; // spheres whose box an invocation computes
+const STRETCH: u32 = 16u; // spheres per invocation when the box is computed
 
 var<workgroup> spheres: array<vec4<f32>, CHUNK_SIZE>;
 var<workgroup> alphas: array<f32, CHUNK_SIZE>;
@@ -16,7 +16,7 @@ var<workgroup> lows: array<vec3<f32>, CHUNK_SIZE / STRETCH>;
 var<workgroup> highs: array<vec3<f32>, CHUNK_SIZE / STRETCH>;
 var<workgroup> faintest: array<f32, CHUNK_SIZE / STRETCH>;
 
-// Compilers may assume that floats are finite, but not so of bits.
+// Compilers may assume that floats are finite, but not that bits are.
 fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7fffffffu) < 0x7f800000u;
 }
@@ -53,7 +53,7 @@ fn caster_count() -> u32 {
     return select(load_params.capacity, counted, load_params.is_counted == 1u);
 }
 
-// `sphere`: around the caster, if it is valid.
+// `sphere`: around the caster, if the caster is valid.
 fn add_caster(lane: u32, is_valid: bool, is_left_out: bool, sphere: vec4<f32>, alpha: f32) {
     spheres[lane] = select(vec4(0.0, 0.0, 0.0, -1.0), sphere, is_valid);
     alphas[lane] = select(1.0, alpha, is_valid);
@@ -65,19 +65,20 @@ fn add_caster(lane: u32, is_valid: bool, is_left_out: bool, sphere: vec4<f32>, a
     }
 }
 
-// Valid casters before the lane's own, and all. Called by all lanes.
+// Number of valid casters before the lane's own, and of all. Called by all lanes.
 fn slot_in_group(lane: u32) -> vec2<u32> {
     workgroupBarrier(); // all spheres and bits before any is read
     var slot = vec2(0u);
     for (var word = 0u; word < CHUNK_SIZE / 32u; word += 1u) {
         let bits = atomicLoad(&taken_bits[word]);
-        let below = select(0u, 0xffffffffu, word < lane / 32u) | select(0u, (1u << (lane % 32u)) - 1u, word == lane / 32u);
+        let below = select(0u, 0xffffffffu, word < lane / 32u)
+            | select(0u, (1u << (lane % 32u)) - 1u, word == lane / 32u);
         slot += vec2(countOneBits(bits & below), countOneBits(bits));
     }
     return slot;
 }
 
-// Called by all lanes, behind `slot_in_group`.
+// Called by all lanes, after `slot_in_group`.
 fn store_group(group: u32, lane: u32, count: u32) {
     var low = vec3(3e38);
     var high = vec3(-3e38);
@@ -94,7 +95,7 @@ fn store_group(group: u32, lane: u32, count: u32) {
         highs[lane] = high;
         faintest[lane] = faint;
     }
-    workgroupBarrier(); // all boxes before they are put together
+    workgroupBarrier(); // all boxes before they are joined
     if lane == 0u {
         for (var i = 1u; i < CHUNK_SIZE / STRETCH; i += 1u) {
             low = min(low, lows[i]);

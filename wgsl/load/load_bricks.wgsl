@@ -1,4 +1,5 @@
-// Bricks of a host's grid as casters, in order. One without density has no radius: it is none (`may_be_none`).
+// Bricks of a host's grid as casters, in order. A brick without density has no radius: it is no caster
+// (`may_be_none`).
 
 import package::bind::read::{brick_spheres, brick_states};
 import package::bind::uniform::host_grid;

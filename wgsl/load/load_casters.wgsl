@@ -5,7 +5,8 @@
 import package::bind::stored::casters;
 import package::bind::uniform::{load_params, materials};
 import package::load::group::{
-    add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group, store_group,
+    add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group,
+    store_group,
 };
 import package::load::pack_caster::{packed_look, packed_position};
 import package::records::dispatch::workgroup_number;
@@ -20,7 +21,8 @@ fn is_usable(caster: Caster) -> bool {
     }
     let brightest = select(1.0, MAX_GAIN, materials[caster.material].transfer == TRANSFER_GAIN);
     return is_finite(caster.radius) && caster.radius > 0.0 && is_finite(caster.rotation)
-        && is_within(caster.color.a, 0.0, 1.0) && is_position(caster.center) && is_color(caster.color.rgb, brightest);
+        && is_within(caster.color.a, 0.0, 1.0)
+        && is_position(caster.center) && is_color(caster.color.rgb, brightest);
 }
 
 @compute @workgroup_size(CHUNK_SIZE)

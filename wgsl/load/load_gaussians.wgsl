@@ -1,11 +1,13 @@
-// load: Gaussians in the host's buffers -> records and axes as if they had been uploaded, and a box around each
-// group. One invocation per Gaussian, a workgroup per group. Invalid ones are counted; valid ones are compacted,
-// in order. CPU reference: `Caster::of_gaussian` in src/records/gaussian.rs. Rust: src/stage/load.rs.
+// load: Gaussians in the host's buffers -> records and axes as if they had been uploaded, and a box around
+// each group. One invocation per Gaussian, a workgroup per group. Invalid Gaussians are counted; valid ones
+// are compacted, in order. CPU reference: `Caster::of_gaussian` in src/records/gaussian.rs. Rust:
+// src/stage/load.rs.
 
 import package::bind::stored::casters;
 import package::bind::uniform::{gaussian_looks, load_params, materials};
 import package::load::group::{
-    add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group, store_group,
+    add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group,
+    store_group,
 };
 import package::load::pack_gaussian::{gaussian_radius, most_opacity, packed_axes, packed_gaussian};
 import package::records::dispatch::workgroup_number;

@@ -1,4 +1,4 @@
-// Packs a host caster into the record that its upload would make: bit for bit if the device divides as in
+// Packs a host's caster into the record that its upload would make, bit for bit if the device divides as in
 // IEEE 754. Rust: `Caster::new` in src/records/caster.rs.
 
 import package::bind::uniform::materials;

@@ -1,5 +1,6 @@
-// Packs a host's Gaussian into the records that its upload would make, bit for bit but for the radius where its
-// quaternion is of unit length up to rounding. Rust: `Caster::of_gaussian` and `GaussianAxes` in src/records/gaussian.rs.
+// Packs a host's Gaussian into the records that its upload would make: bit for bit, but for the radius where
+// its quaternion has unit length only up to rounding. Rust: `Caster::of_gaussian` and `GaussianAxes` in
+// src/records/gaussian.rs.
 
 import package::bind::uniform::gaussian_looks;
 import package::load::pack_caster::{half_bits, packed_color};
@@ -10,20 +11,20 @@ import package::records::record::OPACITY_SCALE;
 
 const ROOT_TAU: f32 = 2.5066283;
 const UNIT_ROUNDING: f32 = 1e-6; // of a unit quaternion's squared length
-const RADIUS_SLACK: f32 = 1.0001; // of a logarithm and a root
+const RADIUS_SLACK: f32 = 1.0001; // rounding of a logarithm and a root
 
 fn is_medium(gaussian: Gaussian) -> bool {
     return (gaussian_looks[gaussian.material].marks & MEDIUM_BIT) != 0u;
 }
 
-// Its opacity, or a medium's optical depth along its longest axis.
+// Opacity of a Gaussian, or a medium's optical depth along its longest axis.
 fn most_opacity(gaussian: Gaussian) -> f32 {
     let longest = max(max(gaussian.sigma.x, gaussian.sigma.y), gaussian.sigma.z);
     let of_medium = gaussian_looks[gaussian.material].density * longest * ROOT_TAU;
     return gaussian.opacity * select(1.0, of_medium, is_medium(gaussian));
 }
 
-// Of the sphere around it [m].
+// Radius of a sphere around the Gaussian [m].
 fn gaussian_radius(gaussian: Gaussian, opacity: f32) -> f32 {
     let longest = max(max(gaussian.sigma.x, gaussian.sigma.y), gaussian.sigma.z);
     return longest * sqrt(reach_squared(opacity)) * RADIUS_SLACK;

@@ -1,5 +1,5 @@
-// load: voxels of a host's grid -> the slots of its bricks in `voxels`. A workgroup per brick; an empty one is not written.
-// Densities out of range are counted and are none. Rust: src/stage/load.rs.
+// load: voxels of a host's grid -> the slots of its bricks in `voxels`. A workgroup per brick; an empty brick
+// is not written. Densities out of range are counted and taken as 0. Rust: src/stage/load.rs.
 
 import package::bind::changed::{brick_states, host_counters};
 import package::bind::stored::voxels;
@@ -20,7 +20,7 @@ var<workgroup> densities: array<f32, BRICK_VALUES>;
 var<workgroup> is_filled: atomic<u32>;
 var<workgroup> left_out: atomic<u32>;
 
-// Coordinates of element `index` of an array of `size`.
+// Coordinates of element `index` in an array of `size`.
 fn coordinates_of(index: u32, size: vec2<u32>) -> vec3<u32> {
     return vec3(index % size.x, index / size.x % size.y, index / (size.x * size.y));
 }
@@ -44,7 +44,7 @@ fn pack_voxels(
         if all(voxel >= vec3(0)) && all(voxel < vec3<i32>(host_grid.size)) {
             let found = load_density(vec3<u32>(voxel));
             if is_within(found, 0.0, MAX_DENSITY) {
-                // Rounded as by the CPU: stores of halves may round otherwise.
+                // Rounded as on the CPU: stores of halves may round otherwise.
                 density = unpack2x16float(half_bits(found)).x;
             } else if all(in_brick < vec3(SLOT_HEIGHT)) {
                 atomicAdd(&left_out, 1u);
@@ -64,12 +64,18 @@ fn pack_voxels(
     if filled == 0u {
         return;
     }
-    let slot = vec3(SLOT_WIDTH, SLOT_HEIGHT, SLOT_HEIGHT) * coordinates_of(host_grid.first_slot + brick, host_grid.slots);
+    let slot = vec3(SLOT_WIDTH, SLOT_HEIGHT, SLOT_HEIGHT)
+        * coordinates_of(host_grid.first_slot + brick, host_grid.slots);
     for (var i = lane; i < SLOT_TEXELS; i += WORKGROUP_SIZE) {
         let in_brick = coordinates_of(i, vec2(SLOT_WIDTH, SLOT_HEIGHT));
         let at = in_brick.x + SLOT_WIDTH * (in_brick.y + SLOT_WIDTH * in_brick.z);
         let layer = at + SLOT_WIDTH * SLOT_WIDTH;
-        let four = vec4(densities[at], densities[at + SLOT_WIDTH], densities[layer], densities[layer + SLOT_WIDTH]);
+        let four = vec4(
+            densities[at],
+            densities[at + SLOT_WIDTH],
+            densities[layer],
+            densities[layer + SLOT_WIDTH],
+        );
         textureStore(voxels, slot + in_brick, four);
     }
 }

@@ -1,5 +1,6 @@
 // mask, blur: a row or a column of a cross-bilateral Gaussian, for all lights of some masks at once. One
-// invocation per pixel and group of masks. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
+// invocation per pixel and group of masks. CPU reference: crates/gobo-reference/src/mask.rs. Rust:
+// src/stage/mask.rs.
 
 import package::bind::sampled::mask_surfaces;
 import package::bind::uniform::mask_params;
@@ -7,7 +8,7 @@ import package::mask::mask_group::{MaskGroup, divided, load_group, store_group, 
 import package::mask::mask_pixel::{MaskPlane, mask_plane, surface_weight, upright_shares};
 import package::records::mask::unpack_surface;
 
-// Distance of the last tap in standard deviations: its weight is e^-2 of the centre's.
+// Distance of the last tap in standard deviations: it weighs e^-2 of the centre.
 const WIDTHS: f32 = 2.0;
 
 // Weighted sum of masks, and the sum of the weights.
@@ -31,7 +32,11 @@ fn mask_blur(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let surface = unpack_surface(textureLoad(mask_surfaces, id.xy, 0));
     let plane = mask_plane(id.xy, mask_params.step, surface);
-    let nearer = select(1.0, min(mask_params.depth_scale / plane.distance, 1.0), mask_params.depth_scale > 0.0);
+    let nearer = select(
+        1.0,
+        min(mask_params.depth_scale / plane.distance, 1.0),
+        mask_params.depth_scale > 0.0,
+    );
     let shares = select(vec2(1.0), upright_shares(plane, surface.face), mask_params.anisotropic != 0u);
     let upright = select(shares.x, shares.y, mask_params.column != 0u);
     let width = max(f32(mask_params.taps) / WIDTHS * nearer * upright, 0.01); // [pixels of the mask]

@@ -1,5 +1,5 @@
-// mask, enlarge: masks of half the picture's size to its full size, from those of four neighbours that are
-// on the same surface. One invocation per pixel and group of masks. CPU reference: crates/gobo-reference/src/mask.rs. Rust:
+// mask, enlarge: masks of half the picture's size to its full size, from four neighbours on the same surface.
+// One invocation per pixel and group of masks. CPU reference: crates/gobo-reference/src/mask.rs. Rust:
 // src/stage/mask.rs.
 
 import package::bind::sampled::{half_surfaces, mask_surfaces};

@@ -1,5 +1,5 @@
-// Some masks of a pixel, which one invocation looks up or filters together: the weights of surfaces are
-// computed once for all of them.
+// Masks of a pixel that one invocation looks up or filters together: surfaces' weights are computed once for
+// all of them.
 
 import package::bind::sampled::light_masks;
 import package::bind::stored::new_masks;

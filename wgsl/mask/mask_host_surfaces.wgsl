@@ -1,5 +1,5 @@
-// mask, host surfaces: a host's depths, and its normals or normals derived from the depths, in the format
-// of masks. One invocation per pixel. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
+// mask, host surfaces: a host's depths, and its normals or normals derived from the depths, in the format of
+// masks. One invocation per pixel. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
 
 import choice::keep::keep_surface;
 import package::bind::sampled::{host_depths, host_normals};
@@ -35,8 +35,8 @@ fn host_seen(at: vec2<i32>) -> HostSeen {
     );
 }
 
-// Vector along the surface from or to the neighbour that is nearer in depth: it is likelier on the same
-// surface.
+// Vector along the surface from or to the neighbour that is nearer in depth, since that one is likelier on
+// the same surface.
 fn along(before: HostSeen, seen: HostSeen, after: HostSeen) -> vec3<f32> {
     let is_before = abs(before.depth - seen.depth) < abs(after.depth - seen.depth);
     return select(after.position - seen.position, seen.position - before.position, is_before);

@@ -19,7 +19,7 @@ import package::shade::receiver::set_receiver;
 import package::shade::shadow::shadow;
 import package::shade::taps::set_turn;
 
-// Laid aside: the pixel, and what the lights of the first mask let through.
+// Laid aside: the pixel, and the share that passes of the first mask's lights.
 const ASIDE_TEXEL: u32 = ASIDE_LOCAL;
 const ASIDE_PASSED_FIRST: u32 = ASIDE_LOCAL + 1u;
 const LOCAL_ASIDES: u32 = 2u;
@@ -53,7 +53,7 @@ fn mask_look_up(
     let first = id.z * MASKS;
     var rest = even_group(1.0); // the first mask is laid aside
     while aside(ASIDE_TEXEL).z < count {
-        // Skips the lights of other masks, for which the rest of the loop would be wasted.
+        // Skips the lights of other masks, which the rest of the loop would compute in vain.
         let before = aside(ASIDE_TEXEL);
         var next = before.z;
         var index = 0u;
@@ -71,7 +71,7 @@ fn mask_look_up(
         var light = light_record(index);
         let arriving = incoming(light, position);
         let is_lit = dot(surface.normal, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
-        // As `point_light` does for opaque points.
+        // As in `point_light` for opaque points.
         let faces = dot(surface.face, arriving.toward) > 0.0;
         let face = select(surface.normal, surface.face, faces);
         // A light without views reads no map.

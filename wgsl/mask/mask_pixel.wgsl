@@ -54,14 +54,14 @@ fn surface_weight(plane: MaskPlane, at: vec2<u32>, step: u32, other: vec4<u32>) 
     return select(max(1.0 - error, 0.0) * four * four, 0.0, depth >= 1.0);
 }
 
-// Lengths of a pixel's step to the right and down on a surface that is parallel to the screen, relative to
-// those on the surface of the plane; at most 1.
+// Lengths of a pixel's step to the right and down on a surface parallel to the screen, relative to those on
+// the surface of the plane; at most 1.
 fn upright_shares(plane: MaskPlane, face: vec3<f32>) -> vec2<f32> {
     let view = views[0];
     let slope = (plane.pixel - view.size * 0.5) / view.scale;
     let ray = vec3(slope.x, -slope.y, -1.0);
     let normal = (view.view_from_world * vec4(face, 0.0)).xyz;
-    // A step changes the distance along the axis by so much.
+    // Change of the distance along the axis per step.
     let turn = normal.xy / min(dot(normal, ray), MIN_FACING);
     let square = 1.0 - 2.0 * turn * ray.xy + turn * turn * dot(ray, ray);
     return inverseSqrt(max(square, vec2(1.0)));

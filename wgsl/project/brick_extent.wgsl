@@ -3,10 +3,10 @@
 import package::records::brick::{Brick, voxel_edges};
 import package::records::view::GpuView;
 
-// Share by which edges may be off a right angle.
+// Largest error of a right angle between edges, as a cosine.
 const SQUARE: f32 = 1e-4;
-// Rounding of the least distance of a right-angled box, a share of the distances that it is made of. Small, so that
-// neighbours stay in order where the eye is hardly beside the plane of their face.
+// Rounding of the least distance of a right-angled box, as a share of the distances that it is computed from.
+// Small, so that neighbours stay in order where the eye is hardly beside the plane of their shared face.
 const DISTANCE_ROUNDING: f32 = 4e-6;
 
 struct BrickExtent {
@@ -14,14 +14,18 @@ struct BrickExtent {
     hi: vec2<f32>,
     nearest: f32,     // along the axis [m]
     farthest: f32,
-    least: f32,       // distance of its nearest point from the origin of view space, at most [m]
+    least: f32,       // lower bound of the distance of its nearest point from the origin of view space [m]
 }
 
-// `center`: of the box in view space [m].
+// `center`: of the box, in view space [m].
 fn brick_extent(view: GpuView, brick: Brick, center: vec3<f32>) -> BrickExtent {
     let edges = voxel_edges(brick);
     let half_size = (brick.high - brick.low) * 0.5;
-    let rotation = mat3x3(view.view_from_world[0].xyz, view.view_from_world[1].xyz, view.view_from_world[2].xyz);
+    let rotation = mat3x3(
+        view.view_from_world[0].xyz,
+        view.view_from_world[1].xyz,
+        view.view_from_world[2].xyz,
+    );
     let x = rotation * edges[0] * half_size.x;
     let y = rotation * edges[1] * half_size.y;
     let z = rotation * edges[2] * half_size.z;

@@ -6,24 +6,24 @@ import package::project::tangents::tangents;
 import package::records::view::{GpuView, MIN_DISTANCE, TILE_SIZE};
 
 struct CapsuleExtent {
-    bounds: vec4<f32>, // of its footprint: middle of its axis and how far it reaches from it [texels], light depth
-    half: vec2<f32>,  // from there to its last end [texels]
+    bounds: vec4<f32>, // of its footprint: middle of its axis, reach from the axis [texels], light depth
+    half: vec2<f32>,  // from the middle to its last end [texels]
     lo: vec2<f32>,    // box in the map [texels]
     hi: vec2<f32>,
     nearest: f32,     // light depths
     farthest: f32,
-    least: f32,       // distance of its nearest point from the light, at most; 0 if that may be inside [m]
+    least: f32,       // lower bound of its distance from the light; 0 if that may be inside [m]
 }
 
-// How much farther than its radius a capsule reaches at an end. `cosine`: of the end's plane with the axis; `slope` of
-// the radius. Rust: src/model/strand.rs.
+// Factor of a capsule's radius up to which it reaches at an end. `cosine`: of the end's plane with the axis;
+// `slope` of the radius. Rust: src/model/strand.rs.
 fn mitre(cosine: f32, slope: f32) -> f32 {
     let bounded = clamp(cosine, 0.5, 1.0);
     let tangent = sqrt(1.0 - bounded * bounded) / bounded;
     return 1.0 / (bounded * max(1.0 - slope * tangent, 0.5));
 }
 
-// Radius of a circle around the projection of a sphere's centre that contains the sphere [texels].
+// Radius of a circle around the projection of a sphere's centre that contains the projected sphere [texels].
 fn circle(view: GpuView, center: vec3<f32>, radius: f32) -> f32 {
     let sine = radius / length(center);
     let slope = length(center.xy) / center.z;
@@ -35,7 +35,7 @@ fn circle(view: GpuView, center: vec3<f32>, radius: f32) -> f32 {
     return select(ENDLESS, reach, sine < 1.0 && rest > 0.0);
 }
 
-// The end, or the first of the spheres behind it that reaches the near plane: only those reach the map.
+// The end's sphere, or the first sphere behind it that reaches the near plane: only those reach the map.
 fn clipped(view: GpuView, end: vec4<f32>, other: vec4<f32>) -> vec4<f32> {
     let ahead = end.z + end.w;
     let beyond = other.z + other.w;
@@ -48,7 +48,7 @@ fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
     let last = first + capsule.axis * capsule.length;
     let slope = max(abs(capsule.taper.y), abs(capsule.least.y));
     let at_last = max(radius_at(capsule.taper, capsule.length), radius_at(capsule.least, capsule.length));
-    // The ends, with the radii of the spheres within whose hull it is [m].
+    // The ends' spheres, whose hull contains the capsule: centre and radius [m].
     let first_end = vec4(
         first,
         max(capsule.taper.x, capsule.least.x) * mitre(dot(capsule.first_plane, capsule.axis), slope),
@@ -99,7 +99,7 @@ fn capsule_extent(view: GpuView, capsule: CapsuleSetup) -> CapsuleExtent {
     return extent;
 }
 
-// The tiles of a small rectangle that are touched; (0, 0) for none.
+// The tiles of a small rectangle that the capsule touches; (0, 0) for none.
 fn capsule_tiles(extent: CapsuleExtent, rect: vec2<u32>) -> vec2<u32> {
     let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
     let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);

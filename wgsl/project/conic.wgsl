@@ -1,4 +1,5 @@
-// A Gaussian's projected covariance: its whitening and ellipse in the map. CPU reference: crates/gobo-reference/src/gaussian.rs.
+// A Gaussian's projected covariance: its whitening and ellipse in the map. CPU reference:
+// crates/gobo-reference/src/gaussian.rs.
 
 import package::project::outline_of::Ellipse;
 import package::project::tangents::tangents;
@@ -6,12 +7,12 @@ import package::records::gaussian::GaussianSetup;
 import package::records::view::GpuView;
 
 const MIN_SQUARE: f32 = 0.5;  // squared deviation below which the conic is enlarged [texels^2]
-const MEASURED_AT: f32 = 4.0; // squared distance up to which a deviation is measured in the map [deviations]
-const NEAREST_EYE: f32 = 1e-12; // least squared distance of the eye from the centre of one beside the view [deviations]
-const ALONG: f32 = 1e-10;     // squared sine below which a step to the right is along the direction to the centre
+const MEASURED_AT: f32 = 4.0; // squared distance at which a deviation is measured in the map [deviations]
+const NEAREST_EYE: f32 = 1e-12; // least squared distance of the eye from a centre beside the view [sigma^2]
+const ALONG: f32 = 1e-10;     // squared sine below which a step to the right is along the way to the centre
 const FLAT: f32 = 1e-12;      // ratio of squared deviations below which the smaller has no direction in space
 const THINNEST: f32 = 1e-5;   // least deviation of a Gaussian beside the view, a share of its longest
-const ENDLESS: f32 = 1e6;     // bounds of one that reaches the eye's plane [texels]
+const ENDLESS: f32 = 1e6;     // bounds of a Gaussian that reaches the eye's plane [texels]
 const MIN_NORMAL: f32 = 1.17549435e-38;
 
 // A Gaussian in a view's map.
@@ -19,20 +20,20 @@ struct Placed {
     center: vec2<f32>, // of its footprint, and depth
     depth: f32,
     setup: GaussianSetup,
-    thin: f32, // share of the area before it was enlarged
+    thin: f32, // share of its enlarged area
     lo: vec2<f32>,
     hi: vec2<f32>,
     ellipse: Ellipse,
 }
 
-// Squared distance from the centre at which a Gaussian of this opacity, or of a medium optical depth, ends.
-// Rust: src/model/gaussian.rs.
+// Squared distance from the centre at which a Gaussian of opacity, or medium of optical depth, `opacity`
+// ends. Rust: src/model/gaussian.rs.
 fn reach_squared(opacity: f32) -> f32 {
     return min(2.0 * log(max(opacity * 8192.0, 256.0)), 64.0);
 }
 
 // A Gaussian whose centre projects into the map. `axes`: its deviations to the right, down and along the axis
-// [m]; `squared`: where it ends.
+// [m]; `squared`: squared distance at which it ends.
 fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared: f32) -> Placed {
     let rows = transpose(axes);
     let range = view.far - view.near;
@@ -77,8 +78,8 @@ fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared:
         tilt.y = -dot(along, w2);
         spread = ray * ray;
     }
-    // Beside a near eye it may span many texels though its middle is thinner than one: along the principal axes the
-    // map shows the deviations times the root of rest / wide^2.
+    // Near the eye, a Gaussian may span many texels though its middle is thinner than one: along the
+    // principal axes, the map shows its deviations times the root of rest / wide^2.
     let measured = MEASURED_AT * view.perspective;
     let wide = max(1.0 - measured * (spread + tilt * tilt), vec2(0.0));
     let rest_of = max(measured * tilt * tilt + wide, vec2(MIN_NORMAL));
@@ -108,7 +109,7 @@ fn gaussian_within(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, squared:
     let reach = sqrt(lean * lean + square * (squared * open));
     placed.lo = placed.center + (lean - reach) / open;
     placed.hi = placed.center + (lean + reach) / open;
-    // Its shape matrix [W^2, L H; L H, H^2] of half width, lean and half height.
+    // Shape matrix [W^2, L H; L H, H^2] of the ellipse's half width, lean and half height.
     let half = reach / open;
     let aslant = lean.x * lean.y + squared * open * major.x * major.y * (squares.x - squares.y);
     let rest = 1.0 - squared * spread * view.perspective;
@@ -127,9 +128,15 @@ fn normalize_or(v: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
     return select(other, v / size, size > 0.0);
 }
 
-// A Gaussian whose centre does not project into the map: relative to the map's centre, u has an offset, the footprint's centre, and
-// e = depth + tilt . delta [1/m].
-fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: vec3<f32>, squared: f32) -> Placed {
+// A Gaussian whose centre does not project into the map. Relative to the map's centre, u has an offset, the
+// footprint's centre, and e = depth + tilt . delta [1/m].
+fn gaussian_beside(
+    view: GpuView,
+    center: vec3<f32>,
+    axes: mat3x3<f32>,
+    sigma: vec3<f32>,
+    squared: f32,
+) -> Placed {
     let longest = max(max(sigma.x, sigma.y), sigma.z);
     let thick = max(sigma, vec3(longest * THINNEST));
     let units = mat3x3(
@@ -145,12 +152,13 @@ fn gaussian_beside(view: GpuView, center: vec3<f32>, axes: mat3x3<f32>, sigma: v
     let along = rows[2] / thick;
     let away = max(dot(eye, eye), NEAREST_EYE);
     let toward = normalize_or(eye, vec3(1.0, 0.0, 0.0));
-    // Two directions across the one from the eye to the centre, the second across a step to the right, too.
+    // Two directions across the one from the eye to the centre; the second is also across a step to the
+    // right.
     let step = right - toward * dot(toward, right);
     let aside = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(toward.x) > 0.5);
     var first = normalize(cross(toward, aside));
     if dot(step, step) > ALONG * dot(right, right) {
-        // Without what rounding left of the direction to the centre.
+        // Removes the direction to the centre that rounding left.
         first = normalize(step);
         first = normalize(first - toward * dot(toward, first));
     }

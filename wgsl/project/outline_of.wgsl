@@ -16,16 +16,17 @@ struct Ellipse {
     half: vec2<f32>,
     lean: f32,
     width: f32,
-    open: f32, // how far the Gaussian is from the eye's plane, 1 for far
+    open: f32, // 1 for a Gaussian far from the eye's plane, less near it
 }
 
-// Logarithm to base 2 of the edge of the least unit in which half the width is within WIDEST_OUTLINE [texels].
+// Logarithm to base 2 of the edge of the least unit in which half the width is within WIDEST_OUTLINE
+// [texels].
 fn unit_log(ellipse: Ellipse) -> i32 {
     let edge = bitcast<u32>(ellipse.half.x * (OUTLINE_GROWTH / WIDEST_OUTLINE));
     return max(i32(edge >> 23u) - 126, FINEST_UNIT);
 }
 
-// Else it is taken to touch all tiles of its rectangle.
+// Whether the ellipse has an outline; else it counts as touching all tiles of its rectangle.
 fn has_outline(ellipse: Ellipse) -> bool {
     return ellipse.open >= LEAST_OPEN && unit_log(ellipse) <= COARSEST_UNIT;
 }

@@ -1,5 +1,6 @@
-// project: Gaussians -> footprints, depth keys, tile rectangles and setups. One invocation per Gaussian and view;
-// a workgroup takes a chunk. CPU reference: crates/gobo-reference/src/gaussian.rs. Rust: src/stage/project.rs.
+// project: Gaussians -> footprints, depth keys, tile rectangles and setups. One invocation per Gaussian and
+// view; a workgroup takes a chunk. CPU reference: crates/gobo-reference/src/gaussian.rs. Rust:
+// src/stage/project.rs.
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;
@@ -20,9 +21,10 @@ import package::records::tile_rect::{INVISIBLE, box_rect, depth_key, distance_ke
 
 override WORKGROUP_SIZE: u32;
 
-// A Gaussian is beside the view if its depth along the axis is below this share of its distance from the light.
+// A Gaussian is beside the view if its depth along the axis is below this share of its distance from the
+// light.
 const MIN_COSINE: f32 = 0.05;
-const MEDIUM_REACH: f32 = 4.0; // around the closest approach, where a medium absorbs [standard deviations]
+const MEDIUM_REACH: f32 = 4.0; // of a medium's absorption around its closest approach [standard deviations]
 const ROOT_TAU: f32 = 2.5066283;
 const MIN_DISTANCE: f32 = 1.17549435e-38; // [m]
 
@@ -86,7 +88,7 @@ fn project_gaussians(
     } else {
         placed = gaussian_within(view, center, axes, squared);
     }
-    // A medium absorbs in front of its closest approach and behind it.
+    // A medium absorbs in front of and behind its closest approach.
     let reach = sqrt(squared) + select(0.0, MEDIUM_REACH, is_medium);
     let depth_reach = reach * length(vec3(axes[0].z, axes[1].z, axes[2].z));
     let range = view.far - view.near;
@@ -105,7 +107,8 @@ fn project_gaussians(
     if (rect.y & 0xffffu) != 0u && !is_beside && has_outline(placed.ellipse) {
         outline = outline_of(placed.ellipse, (rect.x >> 8u) & 255u);
         let outlined = outlined_tiles(outline, rect);
-        // `bin` finds outlines by the numbers of footprints, which are not those of the setups of a host's Gaussians.
+        // `bin` finds outlines by the indices of footprints, which differ from those of setups for a host's
+        // Gaussians.
         let is_found = (project_params.first_gaussian == 0u) | !is_outlined(outlined);
         rect = select(rect, outlined, is_found);
     }

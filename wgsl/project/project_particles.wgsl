@@ -1,5 +1,5 @@
-// project: particles -> footprints, depth keys and tile rectangles. One invocation per particle and
-// view; a workgroup takes a chunk. CPU reference: crates/gobo-reference/src/project.rs. Rust: src/stage/project.rs.
+// project: particles -> footprints, depth keys and tile rectangles. One invocation per particle and view; a
+// workgroup takes a chunk. CPU reference: crates/gobo-reference/src/project.rs. Rust: src/stage/project.rs.
 
 import package::bind::read::chunks;
 import package::bind::sampled::casters;
@@ -18,7 +18,8 @@ import package::records::color::{pack_color, unpack_color};
 import package::records::dispatch::workgroup_number;
 import package::records::footprint::MIN_RADIUS;
 import package::records::material::{
-    GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE, TRANSFER_OPAQUE,
+    GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE,
+    TRANSFER_OPAQUE,
 };
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile_rect::{INVISIBLE, SLACK, box_rect, depth_key, distance_key, tile_rect};
@@ -30,14 +31,15 @@ override WORKGROUP_SIZE: u32;
 // light: its centre has no position in the map.
 const MIN_COSINE: f32 = 0.05;
 const SQRT_2: f32 = 1.41421356;
-// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its farthest.
+// Least nearest distance along the axis at which all corners of a brick have a position in the map, as a
+// share of its farthest distance.
 const BRICK_NEAR: f32 = 1e-3;
 
 fn is_unseen(material: GpuMaterial) -> bool {
     return material.transfer == TRANSFER_NONE && project_params.include_non_casters == 0u;
 }
 
-// The key of what is `nearest` [light depth], `least` from the light [m].
+// Key of a caster that is `nearest` [light depth] and at least `least` from the light [m].
 fn front_key(view: GpuView, nearest: f32, least: f32) -> u32 {
     let by_distance = (project_params.by_distance == 1u) & (view.perspective > 0.0);
     return depth_key(select(nearest, distance_key(view, least), by_distance));
@@ -99,7 +101,7 @@ fn project_particles(
     let range = view.far - view.near;
     let half_size = view.size * 0.5;
     let is_brick = HAS_BRICKS && material.shape == SHAPE_BRICK;
-    // A sphere, or a box that is inside it.
+    // A sphere, or a brick in its sphere.
     let is_round = material.shape == SHAPE_PUFF || is_brick;
     let is_quad = material.shape == SHAPE_QUAD;
     let corner = select(1.0, SQRT_2, is_quad); // half a quad's diagonal reaches beyond its radius
@@ -153,7 +155,7 @@ fn project_particles(
     var least = length(center) - select(0.0, depth_reach, is_round);
     if is_brick {
         let extent = brick_extent(view, brick_of(look.w), center);
-        // Elsewhere the box of the sphere around it holds.
+        // Otherwise the bounding sphere's box holds.
         if view.perspective == 0.0 || extent.nearest > BRICK_NEAR * extent.farthest {
             lo = extent.lo;
             hi = extent.hi;

@@ -1,6 +1,6 @@
 // Slopes of a sphere. CPU reference: crates/gobo-reference/src/project.rs.
 
-// Slopes between which a sphere of radius `sphere` at `(x, distance)` appears; unbounded if the eye is
+// Slopes between which a sphere of radius `sphere` at `(x, distance)` is seen; unbounded if the eye is
 // inside.
 fn tangents(x: f32, distance: f32, sphere: f32) -> vec2<f32> {
     const ENDLESS: f32 = 1e6;

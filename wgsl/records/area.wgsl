@@ -8,7 +8,7 @@ import package::records::record::record_texel;
 import package::records::view::GpuView;
 
 struct GpuArea {
-    right: vec3<f32>,   // half axes of a part of the source, world space [m]; for a sun the x is a slope
+    right: vec3<f32>,   // half axes of a part of the source, world space [m]; for a sun, x is a slope
     kind: u32,
     up: vec3<f32>,
     first_leveled: u32, // index of the light's first view among the leveled views
@@ -39,7 +39,7 @@ fn leveled_texel(leveled: u32, texel: u32) -> vec4<u32> {
     return textureLoad(lights, record_texel(first + leveled * LEVELED_TEXELS + texel), 0);
 }
 
-// Index of the view, number of levels, index of the first cube face.
+// Index of the view, number of levels, and index of the first cube face.
 fn leveled_view(leveled: u32) -> vec3<u32> {
     return leveled_texel(leveled, 3u).xyz;
 }
@@ -58,14 +58,14 @@ fn level_map(view: GpuView, leveled: u32, number: u32) -> LevelMap {
     return LevelMap(first, vec2<i32>(size >> vec2(number)), f32(1u << number));
 }
 
-// Index of a block among all; `at` counts from the map's first block and is clamped to the border.
+// Index of a block among all blocks; `at` counts from the map's first block and is clamped to the border.
 fn block_number(map: LevelMap, at: vec2<i32>) -> u32 {
     let skirt = i32(SKIRT);
     let skirted = clamp(at, vec2(-skirt), map.size + (skirt - 1)) + skirt;
     return map.first + u32(skirted.y * (map.size.x + 2 * skirt) + skirted.x);
 }
 
-// Two of a block's four nodes.
+// Nodes of a block, a pair of its four.
 fn block_nodes(block: u32, pair: u32) -> vec4<u32> {
     return textureLoad(levels, record_texel(block * BLOCK_TEXELS + pair), 0);
 }

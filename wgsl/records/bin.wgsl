@@ -29,12 +29,12 @@ struct BatchCounters {
 }
 
 struct PartParams {
-    room: u32,       // pairs of a part at most
-    most_parts: u32, // that are recorded
+    room: u32,       // most pairs of a part
+    most_parts: u32, // parts that are recorded
 }
 
-// llvmpipe lets all loops of one invocation run 65,535 times in total; the footprints of an invocation's run and
-// the turns that emit their pairs must stay below it. Footprints past it overflow.
+// llvmpipe allows all loops of one invocation 65,535 turns in total; the footprints of an invocation's run
+// and the turns that emit their pairs must stay below. Footprints past this number overflow.
 const RUN_PAIRS: u32 = 49152u;
 
 // Number of tiles that the rectangle covers.
@@ -46,7 +46,7 @@ fn rect_count(rect: vec2<u32>) -> u32 {
     return select(whole, countOneBits(mask), width <= 4u && height <= 4u);
 }
 
-// Turns of loops that emit a rectangle's tiles, of which there are `count`: rows of outlines take turns of their own.
+// Turns of the loops that emit the `count` tiles of a rectangle: rows of outlines take turns of their own.
 fn emit_turns(rect: vec2<u32>, count: u32) -> u32 {
     let rows = (rect.x >> 24u) - ((rect.x >> 8u) & 255u) + 1u;
     return count + select(0u, 2u * rows + 2u, HAS_GAUSSIANS && is_outlined(rect));

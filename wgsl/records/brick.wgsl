@@ -1,5 +1,5 @@
-// A brick of a grid, and what all bricks of the grid share, from `bricks`. Rust: `BrickRecord` and `GridRecord`
-// in src/records/brick.rs.
+// A brick of a grid, and the grid's values that all its bricks share, from `bricks`. Rust: `BrickRecord` and
+// `GridRecord` in src/records/brick.rs.
 
 import package::bind::sampled::{bricks, voxels};
 import package::records::record::record_texel;
@@ -10,22 +10,22 @@ const BRICK_SIZE: f32 = 8.0; // edge of a brick with voxels of its own [voxels]
 const SLOT_WIDTH: u32 = 9u;  // of a brick in `voxels` [texels]
 const SLOT_HEIGHT: u32 = 8u; // and depth
 
-// The light of a brick is evaluated at a lattice of points over its box, the faces included, which neighbours share.
-// Points along an edge, in a thin grid; a dense one has more.
+// The light of a brick is evaluated at a lattice of points over its box, including the faces, which
+// neighbours share. Points along an edge, in a thin grid; a dense grid has more.
 const LATTICE_EDGE: u32 = 5u;
 
 struct Brick {
     low: vec3<f32>,   // lowest corner, from the grid's anchor [voxels]
     high: vec3<f32>,  // highest corner
-    density: f32,     // if it is constant; negative for voxels of its own, -2 with temperatures in the next slot
-    first_texel: vec3<u32>, // first texel of these in `voxels`
+    density: f32,     // if constant; negative for voxels of its own, -2 with temperatures in the next slot
+    first_texel: vec3<u32>, // first texel of these voxels in `voxels`
     grid: u32,        // first texel of the grid's record
 }
 
 struct Grid {
-    index_from_world: mat3x3<f32>, // transposed: a vector is its left factor [voxels/m]
+    index_from_world: mat3x3<f32>, // transposed: the right factor of a vector [voxels/m]
     anchor: vec3<f32>,             // world space [m]
-    extinction: vec3<f32>,         // of density 1 [1/m]
+    extinction: vec3<f32>,         // at density 1 [1/m]
 }
 
 fn brick_of(id: u32) -> Brick {
@@ -52,7 +52,7 @@ fn grid_of(brick: Brick) -> Grid {
     return Grid(mat3x3(x.xyz, y.xyz, z.xyz), vec3(x.w, y.w, z.w), grid_extinction(brick.grid));
 }
 
-// Temperature of a brick at x, y, z of 0..=8 [K]; 0 of a brick without.
+// Temperature of a brick at x, y, z of 0..=8 [K]; 0 for a brick without temperatures.
 fn temperature(brick: Brick, at: vec3<f32>) -> f32 {
     let end = textureDimensions(voxels);
     var slot = brick.first_texel + vec3(SLOT_WIDTH, 0u, 0u);
@@ -68,11 +68,11 @@ fn temperature(brick: Brick, at: vec3<f32>) -> f32 {
     return select(0.0, mix(two.x, two.y, aside.z), is_hot);
 }
 
-// How a grid scatters and glows.
+// Scattering and emission of a grid.
 struct GridLook {
     anisotropy: f32, // `g` of its phase function
     material: u32,
-    emission: f32,   // radiance of what is opaque and at 1500 K, in red
+    emission: f32,   // radiance of an opaque medium at 1500 K, in red
 }
 
 fn grid_look(grid: u32) -> GridLook {
@@ -84,7 +84,7 @@ fn grid_look(grid: u32) -> GridLook {
 struct Lattices {
     edge: u32,        // points along an edge
     first_brick: u32, // record of its first brick
-    first_point: u32, // of that brick
+    first_point: u32, // first point of that brick
 }
 
 fn grid_lattices(grid: u32) -> Lattices {

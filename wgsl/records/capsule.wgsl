@@ -19,7 +19,7 @@ fn is_capsule(footprint: Footprint) -> bool {
     return (footprint.look.z & 0xffffu) == CAPSULE_MARK;
 }
 
-// `record`: of the capsule, the id of its particle.
+// `record`: of the capsule, stated by its particle's id.
 fn capsule_of(record: u32) -> Capsule {
     let at = CASTER_TEXELS * record;
     let first = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at), 0));

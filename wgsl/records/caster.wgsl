@@ -23,7 +23,7 @@ fn caster_rotation(caster: u32) -> f32 {
     return look_rotation(caster_look(caster).z);
 }
 
-// Id of its object.
+// Id of the particle's object.
 fn particle_object(caster: u32) -> u32 {
     return caster_look(caster).w;
 }

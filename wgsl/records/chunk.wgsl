@@ -12,12 +12,13 @@ struct ProjectParams {
     chunk_count: u32,
     // 1: tiny particles take the scatter path.
     scatter: u32,
-    // Footprint of the first triangle less the number of its setup, modulo 2^32: setups of Gaussians come first.
+    // Footprint of the first triangle less the index of its setup, modulo 2^32: setups of Gaussians come
+    // first.
     first_setup: u32,
-    // Footprint of the Gaussian whose setup has number 0, modulo 2^32.
+    // Footprint of the Gaussian with setup 0, modulo 2^32.
     first_gaussian: u32,
     // 1: the camera's list includes casters without shadows.
     include_non_casters: u32,
-    // 1: depth keys of perspective views are by distance from the light or the eye.
+    // 1: depth keys of perspective views are distances from the light or the eye.
     by_distance: u32,
 }

@@ -1,5 +1,5 @@
-// Colours of casters in records, 16 bits a channel: the square root of 1 - c, so that a caster that is nearly white keeps
-// what it absorbs; of a `gain` material the root of c / 16. Rust: `color_bits` in src/records/pack.rs.
+// Colours of casters in records, 16 bits a channel: the root of 1 - c, so that a nearly white caster keeps
+// its absorption; for a `gain` material, the root of c / 16. Rust: `color_bits` in src/records/pack.rs.
 
 import package::records::material::TRANSFER_GAIN;
 
@@ -10,7 +10,7 @@ fn pack_color(color: vec3<f32>, transfer: u32) -> vec2<u32> {
     return vec2(pack2x16unorm(root.rg), pack2x16unorm(vec2(root.b, 0.0)));
 }
 
-// 1 - c, but not of `gain`.
+// 1 - c, for all materials but `gain`.
 fn unpack_absorbed(bits: vec2<u32>) -> vec3<f32> {
     let root = vec3(unpack2x16unorm(bits.x), unpack2x16unorm(bits.y).x);
     return root * root;

@@ -19,20 +19,21 @@ struct EmitterParams {
     life_most: f32,       // [s]
     bounce: f32,
     slide: f32,
-    ground: f32,          // the least number without a ground [m]
+    ground: f32,          // height; the least number for no ground [m]
     period: f32,          // time from one particle to the next [s]
     box_count: u32,
     capacity: u32,        // largest number of particles that are alive at once
     step: u32,            // first time step of the dispatch
     step_count: u32,      // at most STEPS_AT_ONCE
     path_count: u32,      // at least 1
-    first_birth: f32,     // when the first particle of a dispatch starts, if the emitter moves [s from its step]
-    started: array<vec4<u32>, 3>,    // particles started before each of the steps, and after the last
+    first_birth: f32,     // start of a dispatch's first particle, if the emitter moves [s from its step]
+    started: array<vec4<u32>, 3>,    // particles started before each step, and after the last
     boxes: array<vec4<f32>, 16>,     // lower and upper corners [m]
     path: array<vec4<f32>, 32>,      // x: time [s from the dispatch's step]; yzw: the emitter's offset [m]
 }
 
-// How the particles of an emitter look at a moment. Rust: the same name in src/records/emitter.rs.
+// State of an emitter's particles at a moment, and their looks. Rust: the same name in
+// src/records/emitter.rs.
 struct EmissionParams {
     first: u32,       // number of the oldest particle that may be alive
     capacity: u32,    // slots of the ring
@@ -46,8 +47,8 @@ struct EmissionParams {
     pad_0: u32,
     pad_1: u32,
     pad_2: u32,
-    radii: array<vec4<f32>, 4>,   // at even distances over a life [m]
-    shades: array<vec4<f32>, 16>, // rgb and alpha, each at even distances of its own
+    radii: array<vec4<f32>, 4>,   // over a life, at even distances [m]
+    shades: array<vec4<f32>, 16>, // rgb and alpha over a life, at even distances
 }
 
 struct GpuEmitted {

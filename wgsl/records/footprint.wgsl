@@ -35,12 +35,13 @@ fn footprint_color(footprint: Footprint, transfer: u32) -> vec3<f32> {
     return unpack_color(footprint.look.xy, transfer);
 }
 
-// Ratio of a particle's area to that of what is projected, which is no smaller than a texel.
+// Ratio of a particle's area to its projected area, which is no smaller than a texel.
 fn footprint_thin(footprint: Footprint) -> f32 {
     return unpack2x16float(footprint.look.z).x / OPACITY_SCALE;
 }
 
-// A particle's thinned opacity is its reflectivity times `footprint_thin` and `opacity_slope` times its profile.
+// Slope of a particle's thinned opacity: the opacity is the reflectivity times `footprint_thin`, plus this
+// times the profile.
 fn opacity_slope(footprint: Footprint) -> f32 {
     return unpack2x16float(footprint.look.y).y / OPACITY_SCALE;
 }
@@ -50,7 +51,7 @@ fn footprint_key(footprint: Footprint) -> u32 {
     return footprint.look.z >> 16u;
 }
 
-// Least depth of the footprints of key `key` or larger.
+// Least depth of the footprints with key `key` or larger.
 fn key_depth(key: u32) -> f32 {
     return f32(key) / f32(INVISIBLE - 1u);
 }

@@ -12,7 +12,7 @@ fn load_footprint(id: u32) -> Footprint {
         textureLoad(footprints, record_texel(at + 1u), 0),
     );
     if SETUPS_IN_ORDER {
-        // Its setup need not wait for it.
+        // A setup can then be loaded without waiting for the footprint.
         footprint.look.x = id;
     }
     return footprint;

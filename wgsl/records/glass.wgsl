@@ -1,25 +1,25 @@
-// Glass that bends light, and the light that it throws. Rust: src/records/caustic.rs.
+// Glass that refracts light, and the light that it throws. Rust: src/records/caustic.rs.
 
-const GLASS_VECTORS: u32 = 6u; // of a face: three corners [m], of the first w is the index of refraction; three normals
+const GLASS_VECTORS: u32 = 6u; // of a face: three corners [m], the first's w its index of refraction; normals
 
 // Light of one texel, in fixed point.
 const CAUSTIC_ONE: f32 = 65536.0;
 // Bits of a channel's carry, in the last word of a texel.
 const CARRY_BITS: u32 = 10u;
-// Set there where the texel's own light was thrown elsewhere.
+// Flag in the last word of a texel whose own light was thrown elsewhere.
 const THROWN_BIT: u32 = 0x80000000u;
-// How far a receiver may be off the opaque surface that light lands on [texels].
+// Largest distance of a receiver from the opaque surface that light lands on [texels].
 const NEAR_SURFACE: f32 = 4.0;
 
-// A view's map, whose rays glass bends.
+// Map of a view whose rays glass refracts.
 struct CausticParams {
     first: u32,      // first texel of `caustics`
     face_count: u32,
-    rays: u32,       // along the edge of a texel
+    rays: u32,       // of a texel, along its edge
     slices: u32,     // workgroups of a face
 }
 
-// Light that lands in a texel, and 1 where its own was thrown elsewhere, else 0.
+// Light that lands in a texel, and 1 where the texel's own light was thrown elsewhere, else 0.
 fn caustic_light(texel: vec4<u32>) -> vec4<f32> {
     let mask = (1u << CARRY_BITS) - 1u;
     let carries = (vec3(texel.w) >> vec3(0u, CARRY_BITS, 2u * CARRY_BITS)) & vec3(mask);

@@ -21,7 +21,7 @@ struct Gaussian {
     id: u32,             // seed of dither patterns
 }
 
-// What a material says of its Gaussians.
+// Values of a material that its Gaussians need.
 struct GaussianLook {
     marks: u32,   // NEUTRAL_BIT, MEDIUM_BIT
     density: f32, // extinction of a medium of opacity 1 [1/m]
@@ -37,8 +37,8 @@ struct LoadParams {
     first_group: u32,
     first_caster: u32,  // record of the first group's first caster
     quad_reach: f32,    // reach of a quad in its group's box [radii]
-    may_be_none: u32,   // 1: a caster without a radius is none, and is not counted
-    materials: array<vec4<u32>, 4>, // that the set may use, a bit each
+    may_be_none: u32,   // 1: a caster without a radius is no caster, and is not counted
+    materials: array<vec4<u32>, 4>, // bits: materials that the set may use
     first_axes: u32,    // record of the axes of the first group's first Gaussian
     pad_0: u32,
     pad_1: u32,
@@ -48,7 +48,7 @@ struct LoadParams {
 // A run of casters of a set: one workgroup of `load`.
 struct HostGroup {
     low: vec3<f32>, // corner of the box around their spheres [m]
-    count: u32,     // number of valid casters, the group's first records
+    count: u32,     // number of valid casters, which are the group's first records
     high: vec3<f32>,
     least_alpha: f32,
 }
@@ -56,7 +56,7 @@ struct HostGroup {
 // Reset before each frame.
 struct LoadCounters {
     taken: atomic<u32>,
-    skipped: atomic<u32>, // casters with a number that is not finite or out of range
+    skipped: atomic<u32>, // casters with a number that is infinite, NaN or out of range
 }
 
 // A grid of the host, and the slots of its bricks.

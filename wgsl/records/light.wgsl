@@ -17,8 +17,8 @@ struct GpuLight {
     cone_outer: f32,      // cosines of half the angle of a spot
     cone_inner: f32,
     per_range2: f32,      // [1/m^2]; 0: no end
-    traits: u32,          // SHAFTS_BIT; from AREA_SHIFT on the index of its area plus 1; from VIEWPOINTS_SHIFT on its viewpoints, less one; INNER_BIT, END_BIT, TEXELS_BIT
-    taps: u32,            // FILTER_*, from bit 8 on its taps, from bit 16 on a disc's radius
+    traits: u32,          // bits below; its area's index plus 1; its viewpoints less one
+    taps: u32,            // FILTER_*; from bit 8 on its taps, from bit 16 on a disc's radius
     bias: f32,            // [m]; [texels] with TEXELS_BIT
     slope_bias: f32,      // [texels]
     normal_bias: f32,     // [texels]
@@ -32,8 +32,8 @@ const AREA_SHIFT: u32 = 1u;
 const AREA_MASK: u32 = 0xffu;
 const VIEWPOINTS_SHIFT: u32 = 9u;
 const VIEWPOINTS_MASK: u32 = 0xfu;
-const INNER_BIT: u32 = 0x2000u; // a spot falls by the square of the share of its cosines
-const END_BIT: u32 = 0x4000u;   // the window at its end is not squared
+const INNER_BIT: u32 = 0x2000u; // a spot falls off by the square of its share of the cosines
+const END_BIT: u32 = 0x4000u;   // the window at the end of its range is not squared
 const TEXELS_BIT: u32 = 0x8000u; // its bias is in texels
 const LIGHT_TEXELS: u32 = 5u;
 const VIEW_TEXELS: u32 = 8u;
@@ -43,7 +43,7 @@ struct PictureParams {
     ambient: vec3<f32>,
     light_count: u32,
     background: vec3<f32>,
-    first_setup: u32,  // footprint of the setup with number 0, modulo 2^32
+    first_setup: u32,  // footprint with setup 0, modulo 2^32
     exposure: f32,    // factor of the light before the tone curve
     first_area: u32,  // texel of `lights` where areas begin
     near: f32,        // of the camera [m]
@@ -56,12 +56,12 @@ struct PictureParams {
     air_slices: u32,  // 0: no air
     tone: u32,        // TONE_*
     bloom: f32,       // share of the light that spreads
-    occlusion_radius: f32,              // of what occludes ambient light [m]
+    occlusion_radius: f32,              // of occluders of ambient light [m]
     occlusion_radius_per_distance: f32, // added to it, times the distance along the axis
     extinction: vec3<f32>, // of the air [1/m]
     environment_size: u32,            // edge of its sharp level [texels]
-    image_reach: f32,      // edge of what a sample stands for, for images [pixels]
-    cutout_threshold: f32, // mean opacity from which a cutout is solid where its texels are small
+    image_reach: f32,      // edge of the area of a sample, for images [pixels]
+    cutout_threshold: f32, // mean opacity from which a cutout with small texels is solid
     pad_0: u32,
     pad_1: u32,
     irradiance: array<vec4<f32>, 9>,  // of the environment, spherical harmonics (rgb)
@@ -139,15 +139,16 @@ struct LightList {
     count: u32,
 }
 
-// Cluster of a pixel of the camera at light depth `depth`. Points outside of every cluster, such as the
-// centre of a particle beside the picture, get all lights.
+// Cluster of a pixel of the camera at light depth `depth`. Points outside every cluster, such as the centre
+// of a particle beside the picture, get all lights.
 fn cluster_of(pixel: vec2<f32>, depth: f32) -> u32 {
     let distance = picture_params.near + depth * picture_params.depth_range;
     let doublings = log2(max(distance / picture_params.first_slice, 1.0));
     let beyond = u32(doublings * picture_params.slices_per_doubling) + 1u;
     let slice = min(select(0u, beyond, distance >= picture_params.first_slice), picture_params.cells.z - 1u);
     let cell = vec2<u32>(max(pixel, vec2(0.0))) / picture_params.tile;
-    let inside = all(pixel >= vec2(0.0)) && all(cell < picture_params.cells.xy) && depth >= 0.0 && depth <= 1.0;
+    let inside = all(pixel >= vec2(0.0)) && all(cell < picture_params.cells.xy)
+        && depth >= 0.0 && depth <= 1.0;
     let cluster = (slice * picture_params.cells.y + cell.y) * picture_params.cells.x + cell.x;
     return select(ALL_LIGHTS, cluster, inside);
 }

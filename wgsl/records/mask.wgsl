@@ -51,7 +51,7 @@ struct MaskSurface {
 
 const NO_SURFACE: vec4<u32> = vec4(0x3f800000u, 0u, 0u, 0u);
 
-// `is_round`: its face is its normal.
+// `is_round`: whether the face's normal is the interpolated one.
 fn packed_surface(surface: MaskSurface, is_round: bool) -> vec4<u32> {
     let normal = surface.normal;
     let last = pack2x16float(vec2(normal.z, 0.0)) & 0xffffu;
@@ -107,7 +107,7 @@ fn unpack_mask_point(texel: vec4<u32>) -> MaskPoint {
 }
 
 // Slot of a light: its mask times SLOTS, plus its channel, plus 1; 0 for none. COLORED_BIT: it has all
-// channels of its mask. JOINED_BIT: the host's shadow function applies.
+// channels of its mask. JOINED_BIT: the host's shadow function applies to it.
 fn mask_slot(light: u32) -> u32 {
     return textureLoad(mask_slots, record_texel(light), 0).r;
 }

@@ -21,10 +21,10 @@ struct GpuMaterial {
     emissive_size: vec2<f32>, // of the emissive texture [texels]
     emissive_texture: u32,    // layer, NO_TEXTURE for none
     metallic: f32,
-    ior: f32,   // of its bodies; 1: straight through
-    frost: f32, // blur of what is behind, per distance behind it
-    fresnel: f32, // index of refraction of its faces, minus that of its panes; 0: they reflect nothing
-    shows: u32,   // SHOWS_*; from FAR_SIDE_SHIFT on the index of the material of its far side plus 1, or 0
+    ior: f32,   // of its bodies; 1: light goes straight through
+    frost: f32, // blur of the scene behind it, per distance
+    fresnel: f32, // refractive index of its faces, or minus that of its panes; 0: no reflection
+    shows: u32,   // SHOWS_*; from FAR_SIDE_SHIFT and DETAILS_SHIFT on indices of materials plus 1, or 0
 }
 
 const MAX_MATERIALS: u32 = 512u;
@@ -33,6 +33,7 @@ const NO_TEXTURE: u32 = 0xffffffffu;
 const SHOWS_SURROUNDINGS: u32 = 1u; // behind it
 const SHOWS_COLOR: u32 = 2u;        // its own, whatever the light
 const FAR_SIDE_SHIFT: u32 = 8u;
+const DETAILS_SHIFT: u32 = 18u;
 
 const TRANSFER_FILTER: u32 = 0u;
 const TRANSFER_STAIN: u32 = 1u;
@@ -65,11 +66,17 @@ fn shows_surroundings(material: GpuMaterial) -> bool {
     return (material.shows & SHOWS_SURROUNDINGS) != 0u;
 }
 
+// Number of the material of its far side plus 1, or 0.
+fn far_side_of(material: GpuMaterial) -> u32 {
+    return extractBits(material.shows, FAR_SIDE_SHIFT, DETAILS_SHIFT - FAR_SIDE_SHIFT);
+}
+
 fn shows_color(material: GpuMaterial) -> bool {
     return (material.shows & SHOWS_COLOR) != 0u;
 }
 
-// Whether the colour of what is clear counts: elsewhere it does not show, and means of an image are weighted by alpha.
+// Whether the colour of clear texels counts: elsewhere it is invisible, and means of an image are weighted by
+// alpha.
 fn shows_clear(transfer: u32) -> bool {
     return transfer == TRANSFER_STAIN || transfer == TRANSFER_GAIN || transfer == TRANSFER_OPAQUE;
 }

@@ -1,5 +1,5 @@
-// Opaque depths in the format of maps: the last bit marks a dithered surface, because softening fills holes
-// of dithered surfaces only. CPU reference: crates/gobo-reference/src/occlude.rs.
+// Opaque depths in the format of maps: the last bit marks a dithered surface, because softening fills only
+// the holes of dithered surfaces. CPU reference: crates/gobo-reference/src/occlude.rs.
 
 const DITHERED_BIT: u32 = 1u;
 

@@ -1,13 +1,13 @@
-// Outlines: which tiles a Gaussian touches, row by row, in integers, so that all kernels decide with the same bits.
-// At a height v over its middle, a share of its half height downwards, an ellipse is
-// middle + lean v -+ width sqrt(1 - v^2). A unit is a tile's edge halved `shift` times. Rust: src/records/outline.rs.
+// Outlines: the tiles that a Gaussian touches, row by row, in integers, so that all kernels decide with the
+// same bits. At height v above its middle, as a share of its half height downwards, an ellipse spans middle +
+// lean v -+ width sqrt(1 - v^2). A unit is a tile's edge halved `shift` times. Rust: src/records/outline.rs.
 
 import package::bind::sampled::setups;
 import package::records::gaussian::{GAUSSIAN_TEXELS, OUTLINE_TEXEL};
 import package::records::record::record_texel;
 import package::records::tile_rect::WHOLE;
 
-// Rounding of what is stored and evaluated, besides the slack of a texel [units].
+// Rounding of the stored and evaluated numbers, besides the slack of a texel [units].
 const OUTLINE_ROUNDING: i32 = 4;
 const MIDDLE_HEIGHT: i32 = 0x1000000; // 1 in heights of 24 bits behind the point
 
@@ -18,13 +18,13 @@ struct Outline {
     row_middle: u32, // row [tiles], 8 bits, and middle, signed [units]
 }
 
-// Of a Gaussian, whose footprint has the number of its setup.
+// Outline of a Gaussian; its footprint has the index of its setup.
 fn load_outline(footprint: u32) -> Outline {
     let record = textureLoad(setups, record_texel(footprint * GAUSSIAN_TEXELS + OUTLINE_TEXEL), 0);
     return Outline(bitcast<i32>(record.x), record.y, record.z, record.w);
 }
 
-// Whether the tiles of a rectangle are those of an outline.
+// Whether an outline chooses the tiles of a rectangle.
 fn is_outlined(rect: vec2<u32>) -> bool {
     let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
     let last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
@@ -32,14 +32,14 @@ fn is_outlined(rect: vec2<u32>) -> bool {
     return any(last - first >= vec2(4u)) && mask != 0u && mask != WHOLE;
 }
 
-// Largest integer whose square is at most n, of up to 30 bits, whatever the device's root is off by: rounded, it is
-// that one or the next.
+// Largest integer whose square is at most n, of up to 30 bits, whatever the device's root is off by: its
+// rounded root is that integer or the next.
 fn integer_root(n: i32) -> i32 {
     let root = i32(sqrt(f32(n)) + 0.5);
     return root - select(0, 1, root * root > n);
 }
 
-// Integer part of n / divisor of up to 16 bits, likewise. (Integer divisions are scalar on llvmpipe.)
+// Integer part of n / divisor, of up to 16 bits, in the same way. (Integer divisions are scalar on llvmpipe.)
 fn quotient(n: i32, divisor: i32) -> i32 {
     let near = i32(f32(n) / f32(divisor) + 0.5);
     return near - select(0, 1, near * divisor > n);
@@ -61,8 +61,8 @@ fn outline_farthest(outline: Outline) -> i32 {
     return select(share, -share, lean < 0);
 }
 
-// First column that the ellipse touches in a row of tiles, and the one behind its last, among those of a
-// rectangle's `corners`; none if they are equal. `farthest`: where it reaches farthest to the right.
+// First column of tiles that the ellipse touches in a row, and the column behind its last, clamped to a
+// rectangle's `corners`; equal for none. `farthest`: height at which it reaches farthest to the right.
 fn outlined_columns(outline: Outline, farthest: i32, row: u32, corners: u32) -> vec2<u32> {
     let step = i32(outline.step_shift & 0x7ffffffu);
     let shift = outline.step_shift >> 27u;
@@ -70,7 +70,7 @@ fn outlined_columns(outline: Outline, farthest: i32, row: u32, corners: u32) -> 
     let width = i32(outline.lean_width >> 16u);
     let below = i32(row) - i32(outline.row_middle & 255u);
     let high = outline.first + below * step;
-    // Texel centres of a tile are 15/16 of it apart, and a 64th of a texel of slack on both sides.
+    // The texel centres of a tile span 15/16 of it, with slack of a 64th of a texel on both sides.
     let low = high + step - (step >> 4u) + (step >> 9u) + 512;
     let left = outline_at(lean, width, min(max(-farthest, high), low));
     let right = outline_at(lean, width, min(max(farthest, high), low));
@@ -88,8 +88,8 @@ fn is_within(outline: Outline, rect: vec2<u32>, tile: vec2<u32>) -> bool {
     return tile.x >= columns.x && tile.x < columns.y;
 }
 
-// The tiles of a rectangle that are within an outline, as a mask if they are at most 4x4, else their number; (0, 0)
-// for none. Rows without a tile are left out.
+// The tiles of a rectangle that are within an outline, as a mask if they are at most 4x4, else their number;
+// (0, 0) for none. Rows without a tile are left out.
 fn outlined_tiles(outline: Outline, rect: vec2<u32>) -> vec2<u32> {
     let left = rect.x & 255u;
     let farthest = outline_farthest(outline);

@@ -16,7 +16,7 @@ fn tagged_alpha(tag: u32) -> f32 {
 }
 
 fn tagged_depth(depth: f32, tag: u32) -> f32 {
-    // Kept large enough that no adapter flushes it to 0.
+    // Large enough that no adapter flushes it to 0.
     let bits = bitcast<u32>(max(depth, 1e-6)) & ~DEPTH_TAG_MASK;
     return select(depth, bitcast<f32>(bits | (tag & DEPTH_TAG_MASK)), tag != NO_OWNER);
 }

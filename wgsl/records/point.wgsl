@@ -1,4 +1,4 @@
-// A receiver as data: records of the texture `points`. Kernels for visible surfaces write them,
+// A receiver as data: records of the texture `points`. Kernels for visible surfaces write them;
 // `light_points` evaluates the light that they send to the eye. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::sampled::points;
@@ -14,7 +14,7 @@ const POINT_PANE: u32 = 2u;    // scatters light from both sides
 const POINT_PARTICLE: u32 = 3u; // scatters without a normal
 const POINT_BRICK: u32 = 4u;    // in a brick of voxels: scatters several times
 const POINT_STRAND: u32 = 5u;   // around an axis, its normal: scatters as a cylinder, and mirrors
-const POINT_COVER: u32 = 6u;    // covers what is behind it, scatters light from its face's side
+const POINT_COVER: u32 = 6u;    // covers the scene behind it; scatters light from its face's side
 const POINT_LEAF: u32 = 7u;     // scatters light from its face's side, and other light from its far side
 
 // Whether a point is on a surface.
@@ -41,7 +41,7 @@ struct Point {
     emission: vec3<f32>,  // light that it emits, and mirrors from the environment
     metallic: f32,        // 1: mirrors in its own colour and scatters nothing
     pixel: u32,           // x and, from bit 16 on, y, each up to 4095; 0 for a particle
-    brick: u32,           // of POINT_BRICK: the brick whose voxels shadow it; 0 for none
+    brick: u32,           // of POINT_BRICK: the brick whose voxels shadow the point; 0 for none
     far: vec3<f32>,       // of POINT_LEAF: share of the light from its far side that it scatters
 }
 
@@ -52,7 +52,7 @@ struct PointBatch {
     has_normals: u32, // 1 if the host's points have normals, else 0
     list: u32,        // *_LIST
     grid: u32,        // of points in bricks: first texel of their grid's record
-    own_shadow: u32,  // 1 where their brick's own voxels shadow them
+    own_shadow: u32,  // 1 where the voxels of their own brick shadow them
 }
 
 fn pixel_number(pixel: vec2<f32>) -> u32 {
@@ -60,13 +60,13 @@ fn pixel_number(pixel: vec2<f32>) -> u32 {
     return texel.x | (texel.y << 16u);
 }
 
-// Pixel with the metalness in the last eight bits.
+// Pixel, with the metalness in the last eight bits.
 fn packed_pixel(p: Point) -> u32 {
     let metal = u32(saturate(p.metallic) * METAL_STEPS + 0.5);
     return (p.pixel & 0xfffu) | ((p.pixel >> 16u) << 12u) | (metal << 24u);
 }
 
-// Albedo and, of a leaf, the light of its far side: unsigned shares of 16 bits.
+// Albedo and, for a leaf, its scattered share of the far side's light: unsigned, 16 bits each.
 fn packed_shares(p: Point) -> vec3<u32> {
     if HAS_FAR_SIDES && p.kind == POINT_LEAF {
         return vec3(
@@ -83,7 +83,12 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
     let bits = p.kind | (p.receives << 3u) | (polish << 5u) | (p.tag << 16u);
     return array(
         vec4(bitcast<vec3<u32>>(p.position), bits),
-        vec4(select(octahedral(p.face), p.brick, p.kind == POINT_BRICK), octahedral(p.normal), bitcast<u32>(p.reach), p.cluster),
+        vec4(
+            select(octahedral(p.face), p.brick, p.kind == POINT_BRICK),
+            octahedral(p.normal),
+            bitcast<u32>(p.reach),
+            p.cluster,
+        ),
         vec4(packed_shares(p), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
         vec4(bitcast<vec3<u32>>(p.emission), packed_pixel(p)),
     );

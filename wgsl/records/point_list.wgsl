@@ -1,5 +1,5 @@
-// Points of a band that are lit: its surfaces, and its panes. `point_lists` holds for each list the
-// workgroups of its dispatch in x, y and z and its length, and then the points of all lists. Rust:
+// Lists of a band's points to light: its surfaces, and its panes. For each list, `point_lists` holds the
+// workgroups of its dispatch in x, y and z and its length; then come the points of all lists. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
 const SURFACE_LIST: u32 = 0u;
@@ -14,7 +14,7 @@ const POINT_LANES: u32 = 64u; // workgroup size of kernels over points
 const LIST_HEAD: u32 = 4u;
 const LIST_LENGTH: u32 = 3u;
 
-// First point of a list; `pixel_count`: capacity of a band, so of the list before.
+// Place of a list's first point; `pixel_count`: capacity of a band, and so of each list.
 fn list_first(list: u32, pixel_count: u32) -> u32 {
     return LIST_COUNT * LIST_HEAD + list * pixel_count;
 }

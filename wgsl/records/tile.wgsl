@@ -1,19 +1,24 @@
-// The work of one tile; a texel of `tiles`: that of the tile's number, or, in a part of the tiles, of its
-// index in the part.
+// The work of one tile: a texel of `tiles`, at the tile's index, or, in a part of the tiles, at its index in
+// the part.
 
 import package::records::view::GpuView;
 
 struct Tile {
     first: u32, // of its pairs
     end: u32,
-    merged: u32, // 0, or, if several workgroups share the tile, 1 + its first segment
+    merged: u32, // 0, or 1 + its first segment if several workgroups share the tile
     view: u32,
     position: vec2<u32>, // in the view's map [tiles]
 }
 
 // A batch has at most 64 views, a map at most 4,096 tiles along an edge.
 fn tile_record(tile: Tile) -> vec4<u32> {
-    return vec4(tile.first, tile.end, tile.merged, tile.view | (tile.position.x << 8u) | (tile.position.y << 20u));
+    return vec4(
+        tile.first,
+        tile.end,
+        tile.merged,
+        tile.view | (tile.position.x << 8u) | (tile.position.y << 20u),
+    );
 }
 
 fn tile_of(record: vec4<u32>) -> Tile {

@@ -1,16 +1,17 @@
-// Tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU reference: crates/gobo-reference/src/project.rs.
+// Tiles of a footprint. Rust: `TileRect` in src/records/footprint.rs; CPU reference:
+// crates/gobo-reference/src/project.rs.
 
 import package::records::view::{GpuView, TILE_SIZE};
 
 const SLACK: f32 = 0.015625; // around a footprint's box, so that rounding never loses a texel
-// Mask of a larger rectangle than 4x4 whose tiles are all touched; 1..WHOLE is the number of those that its
+// Mask of a rectangle larger than 4x4 whose tiles are all touched; 1..WHOLE is the number of tiles that its
 // outline touches.
 const WHOLE: u32 = 0xffffu;
 const INVISIBLE: u32 = 0xffffu; // key of a caster that touches no texel
 // Corners of a footprint on the scatter path; it has no tiles.
 const SCATTERED: u32 = 0xffffffffu;
 
-// The first of the 2x2 texels around `center` that a scattered caster may touch.
+// First of the 2x2 texels around `center` that a scattered caster may touch.
 fn scatter_texel(center: vec2<f32>) -> vec2<f32> {
     return floor(center - 0.5);
 }
@@ -38,7 +39,7 @@ fn box_rect(size: vec2<f32>, view_index: u32, lo: vec2<f32>, hi: vec2<f32>) -> v
     return vec2(corners, mask | (view_index << 16u));
 }
 
-// The tiles of a box that may be within `circle` of `center` [texels], or those of the scatter path.
+// Tiles of a box that may be within `circle` of `center` [texels], or SCATTERED for the scatter path.
 fn tile_rect(
     size: vec2<f32>,
     view_index: u32,

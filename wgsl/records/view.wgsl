@@ -20,13 +20,13 @@ struct GpuView {
 
 const ROLE_WHOLE: u32 = 0u;  // a cone, or a window on the whole scene
 const ROLE_FACE: u32 = 1u;   // of a cube
-const ROLE_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it is the next window, or light
+const ROLE_WINDOW: u32 = 2u; // a cascade, or a further shadow: beyond it the next window, or light
 
 const TILE_SIZE: u32 = 16u; // edge [texels]
 const MAX_VIEWS: u32 = 256u; // of a batch
 
-// Whether a particle is beside the view, so that its centre has no position in the map, by its footprint's
-// first texel. Then xy, w is its centre to the right, down and along the axis [m], and z is minus its
+// Whether a particle is beside the view, so that its centre has no position in the map, from its footprint's
+// first texel. Then x, y and w are its centre to the right, down and along the axis [m], and z is minus its
 // radius [m].
 fn is_beside(bounds: vec4<f32>) -> bool {
     return bounds.z < 0.0;

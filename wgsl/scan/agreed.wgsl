@@ -1,5 +1,6 @@
-// A number that every invocation of a workgroup has, in a way that compilers know. Loops with barriers may depend on it;
-// where they depended on uniform buffers alone, lavapipe would compile the kernel anew for each buffer.
+// A number that every invocation of a workgroup has, by a broadcast that compilers recognise. Loops with
+// barriers may depend on it; if they depended on uniform buffers alone, lavapipe would compile the kernel
+// anew for each buffer.
 
 var<workgroup> told: u32;
 

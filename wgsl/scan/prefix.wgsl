@@ -1,4 +1,4 @@
-// Prefix sums over a workgroup's invocations: `choice::scan` says how.
+// Prefix sums over a workgroup's invocations, by the method of `choice::scan`.
 
 override SCAN_LANES: u32; // of the workgroup
 

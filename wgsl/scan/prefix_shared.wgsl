@@ -1,4 +1,4 @@
-// Prefix sums in workgroup memory (Hillis, Steele 1986).
+// Prefix sums in workgroup memory (Hillis and Steele 1986).
 
 import package::scan::prefix::{Prefix, SCAN_LANES};
 

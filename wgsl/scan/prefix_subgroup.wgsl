@@ -1,4 +1,4 @@
-// Prefix sums within subgroups by their own addition, over the workgroup's subgroups in turn.
+// Prefix sums by subgroup addition, then over the workgroup's subgroups in turn.
 
 import package::scan::prefix::{Prefix, SCAN_LANES};
 

@@ -1,4 +1,4 @@
-// What is laid aside, in registers.
+// Values laid aside, in registers.
 
 import package::shade::asides::ASIDE_COUNT;
 

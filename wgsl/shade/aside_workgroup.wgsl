@@ -1,4 +1,4 @@
-// What is laid aside, in workgroup memory: GPUs run more subgroups the fewer registers an invocation has.
+// Values laid aside, in workgroup memory: GPUs run more subgroups the fewer registers an invocation has.
 
 import package::shade::asides::ASIDE_COUNT;
 
@@ -11,7 +11,7 @@ fn open_asides(lane: u32) {
     aside_lane = lane;
 }
 
-// Compilers would keep what they know to be what was laid aside. `any` number changes nothing.
+// Compilers would keep values that they know to be laid aside. `any` number changes nothing.
 fn forget_asides(any: u32) {
     aside_lane = min(aside_lane, any | (ASIDE_LANES - 1u));
 }

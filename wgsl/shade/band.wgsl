@@ -1,4 +1,4 @@
-// Band: a rectangle of tiles of the picture that are shaded at a time. Its pixels are records of `seen`,
+// Band: a rectangle of the picture's tiles that are shaded at a time. Its pixels are records of `seen`,
 // `layers`, `points` and `lit`. Rust: `Band` in crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::uniform::band;
@@ -13,7 +13,7 @@ struct Band {
     pixel_count: u32,  // pixel capacity of a band
 }
 
-const ROUND_LENGTH: u32 = 16384u; // pairs of a tile that one round walks; Rust: crates/gobo-picture/src/stage/shade.rs
+const ROUND_LENGTH: u32 = 16384u; // pairs of a tile in a round; Rust: crates/gobo-picture/src/stage/shade.rs
 
 const PIXELS_OF_TILE: u32 = TILE_SIZE * TILE_SIZE;
 
@@ -28,7 +28,7 @@ fn band_pixel(workgroup: vec3<u32>, workgroups: vec3<u32>, lane: u32, tiles_x: u
     return tile_pixel(tile_number(workgroup, workgroups), lane, tiles_x);
 }
 
-// `number`: of the tile, in the band.
+// `number`: index of the tile in the band.
 fn tile_pixel(number: u32, lane: u32, tiles_x: u32) -> BandPixel {
     let texel = lane_texel(lane);
     return indexed_pixel((number * TILE_SIZE + texel.y) * TILE_SIZE + texel.x, tiles_x);

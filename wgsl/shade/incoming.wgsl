@@ -1,4 +1,4 @@
-// Light that arrives at a point before shadows, and the face of a light's cube that looks at it.
+// Light that arrives at a point before shadows, and the face of a cube's map that a point is in.
 
 import package::records::light::{END_BIT, GpuLight, INNER_BIT, LIGHT_DIRECTIONAL, LIGHT_SPOT};
 
@@ -26,12 +26,14 @@ fn incoming(light: GpuLight, point: vec3<f32>) -> Incoming {
     let away = point - light.position;
     let square = max(dot(away, away), 1e-4);
     let ray = away * inverseSqrt(square);
-    // Fades out towards the end of its range: glTF KHR_lights_punctual; squared, Karis 2013.
+    // Falls to 0 at the end of its range: glTF KHR_lights_punctual; squared, Karis 2013.
     let part = square * light.per_range2;
     let window = max(1.0 - part * part, 0.0);
     var color = light.color / square * (window * select(window, 1.0, (light.traits & END_BIT) != 0u));
     if light.kind == LIGHT_SPOT {
-        let share = saturate((dot(ray, light.direction) - light.cone_outer) / (light.cone_inner - light.cone_outer));
+        let share = saturate(
+            (dot(ray, light.direction) - light.cone_outer) / (light.cone_inner - light.cone_outer)
+        );
         color *= share * share * select(3.0 - 2.0 * share, 1.0, (light.traits & INNER_BIT) != 0u);
     }
     return Incoming(-ray, color);

@@ -1,4 +1,4 @@
-// Light that surroundings send to a surface. CPU reference: src/model/environment.rs.
+// Light that the surroundings send to a surface. CPU reference: src/model/environment.rs.
 
 import package::bind::uniform::picture_params;
 

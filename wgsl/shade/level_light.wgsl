@@ -11,17 +11,17 @@ import package::shade::spot::{
 // Smallest change of light that counts as an occluder.
 const NOTHING: f32 = 1e-3;
 const NEVER: f32 = 1e30;
-// Distance from a block's middle that a plane's ramp in it spans [blocks]; half a block at the first level,
-// whose blocks don't overlap.
+// Distance from a block's middle over which a plane's ramp spreads in it [blocks]; half a block at the first
+// level, whose blocks don't overlap.
 const BLOCK_REACH: f32 = 1.0;
 
-// Light of a level's blocks, averaged over the window.
+// Light of a level's blocks, averaged over its windows.
 struct LevelLight {
     before: vec3<f32>, // light before the level's depths
     taken: vec3<f32>,
     behind: vec3<f32>,
-    most: vec3<f32>,   // the most that can be left of `before`
-    next: f32,         // first depth behind the level's that removes light; NEVER for none
+    most: vec3<f32>,   // bound of the light left of `before`
+    next: f32,         // first depth behind the level's depths that removes light; NEVER for none
 }
 
 var<private> level_light: LevelLight;
@@ -47,27 +47,28 @@ fn find_occluder(node: vec2<u32>, since: f32, end: f32, beyond: f32) {
     first_depth = select(first_depth, min(first_depth, first), is);
 }
 
-// Pairs of a block's nodes to evaluate: the second one not, if all of it is behind the receiver.
+// Pairs of a block's nodes to evaluate: not the second, if all of it is behind the receiver.
 fn pairs_before(first: vec4<u32>, end: f32) -> u32 {
     let start = node_start(first.zw);
     return select(1u, 2u, start > 0.0 && start < end);
 }
 
-// Rows of blocks beyond the two next to the point, at each side, that are asked for occluders: a long spot's.
+// Rows of blocks on each side of the two next to the point that are searched for occluders: those of a long
+// spot.
 fn search_rows() -> f32 {
     return round(max(spot_shape.y - 1.0, 0.0));
 }
 
-// First depth from `since` on at which `blocks` of a level around the point remove light; NEVER
-// for none. `beyond`: how far behind the receiver's end a filter counts, which may touch the receiver. Sets
-// `least_open`.
+// Blocker search (Fernando 2005) in a level: first depth from `since` on at which `blocks` around the point
+// remove light; NEVER for none. `beyond`: distance behind the receiver's end up to which a filter counts,
+// which may touch the receiver. Sets `least_open`.
 fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32, beyond: f32) -> f32 {
     let middle = turned(spot_center / map.edge - 0.5);
     let slack = slack_within(around * map.edge);
     var row = floor(middle.y) - search_rows();
     first_depth = NEVER;
     least_open = 1.0;
-    // Loops end with their test: llvmpipe executes a body once more where the test comes first.
+    // Loops test at their end: llvmpipe executes a body once more where the test comes first.
     var i = 0u;
     if blocks > 0u {
         loop {
@@ -100,7 +101,7 @@ fn next_occluder(map: LevelMap, blocks: u32, since: f32, around: f32, beyond: f3
     return first_depth;
 }
 
-// Of the level that is evaluated. Hoisted by hand: compilers of llvmpipe leave divisions in loops.
+// Values of the evaluated level. Hoisted by hand: llvmpipe's compiler leaves divisions in loops.
 var<private> fade_since: Fade; // into the level above
 var<private> fade_to: Fade;    // into the level below
 var<private> windows: Windows;
@@ -108,7 +109,7 @@ var<private> windows: Windows;
 // Light of a block behind the nodes so far.
 var<private> node_left: vec3<f32>;
 
-// `weight`: of the block in the widest window, and what it changes by to the narrower ones.
+// `weight`: of the block in the widest window; `change`: of the weight from each window to the narrower one.
 fn evaluate_node(node: vec2<u32>, weight: f32, change: vec2<f32>, end: f32) {
     let start = node_start(node);
     let length = max(quick_length(node), 1.0);
@@ -132,8 +133,8 @@ fn evaluate_node(node: vec2<u32>, weight: f32, change: vec2<f32>, end: f32) {
     level_light.taken += drop * ((shares.y - shares.x) * cover);
 }
 
-// Evaluates the depths from the fade `since` to the fade `to` on a level; `texels` is the radius of their
-// widest spot.
+// Evaluates the depths of a level from the fade `since` to the fade `to`; `texels`: radius of their widest
+// spot.
 fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
     let per_edge = 1.0 / map.edge;
     fade_since = fade_between(since);
@@ -143,11 +144,11 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
     let half = 0.5 * (windows.wide.width + 1.0);
     let low = ceil(middle.y - half.y);
     let high = floor(middle.y + half.y);
-    // Where floats are too coarse to count rows and columns, no more than these.
+    // Bound of rows times columns, where floats are too coarse to count them.
     var left = u32((floor(2.0 * half.x) + 1.0) * (high - low + 1.0));
     let reach = select(BLOCK_REACH * map.edge, 1.0, map.edge == 2.0);
     level_light = LevelLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), NEVER);
-    // Row and column are counted: division of integers is slow on llvmpipe. A sheared row starts anywhere
+    // Rows and columns are counted: division of integers is slow on llvmpipe. A sheared row starts anywhere
     // between two blocks.
     var row = low;
     var sheared = spot_shear * (row - middle.y);
@@ -184,6 +185,6 @@ fn evaluate_level(map: LevelMap, texels: f32, since: vec2<f32>, to: vec2<f32>) {
         }
         left -= 1u;
     }
-    // The light left in a narrower window is part of that in the widest: at most as much per area.
+    // Light left in a narrower window is part of that in the widest: per area, at most as much.
     level_light.most = level_light.behind * (windows.narrow.per_area / windows.wide.per_area);
 }

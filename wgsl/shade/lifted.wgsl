@@ -1,4 +1,4 @@
-// The receiver of a look-up, which `shadow` lays aside, as views need it.
+// The receiver of a look-up, which `shadow` lays aside for each view.
 
 import choice::aside::aside;
 import package::features::HAS_FILTERS;
@@ -8,7 +8,7 @@ import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
 import package::shade::asides::{ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, floats_of};
 import package::shade::receiver::receives;
-import package::shade::taps::beyond_spline;
+import package::shade::taps::{FILTER_BOX, beyond_spline, filter_of};
 import package::shade::tint::set_plane;
 
 // The receiver's plane in a view.
@@ -22,38 +22,52 @@ fn texel_size(view: GpuView, point: vec3<f32>) -> f32 {
     return select(1.0, max(along, 0.0), view.perspective > 0.0) / view.scale;
 }
 
-// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's depths.
+// Least and largest bias in texels, as shares of the view's depth range. The least is two steps of a curve's
+// depths.
 const LEAST_BIAS: f32 = 0.000030517578125;
 const LARGEST_BIAS: f32 = 0.001953125;
 
 // Least cosine of a slope that a bias in texels covers alone: 66 degrees.
 const LEAST_COSINE: f32 = 0.4;
 
-// Least bias of a caster as a receiver, whose neighbours overlap it [texels].
+// Least bias of a receiver that is a caster, whose neighbours overlap it [texels].
 const CASTER_BIAS: f32 = 4.0;
 
-// Depth bias in the view [m]. In texels it covers the slope as far as it can, as the point moves less then.
-// `texel`: edge of a texel at the point's depth [m]; `sine`: of the slope; `least`: [texels].
+// Depth bias in the view [m]. A bias in texels covers as much of the slope as it can, so that the point moves
+// less. `texel`: edge of a texel at the point's depth [m]; `sine`: of the slope; `least`: [texels].
 fn depth_bias(light: GpuLight, view: GpuView, texel: f32, sine: f32, least: f32) -> f32 {
     let slope = light.normal_bias * sine / max(sqrt(max(1.0 - sine * sine, 0.0)), LEAST_COSINE);
     let range = view.far - view.near;
-    let of_texels = clamp(max(max(light.bias, least), slope) * texel, LEAST_BIAS * range, LARGEST_BIAS * range);
+    let of_texels = clamp(
+        max(max(light.bias, least), slope) * texel,
+        LEAST_BIAS * range,
+        LARGEST_BIAS * range,
+    );
     return select(light.bias, of_texels, (light.traits & TEXELS_BIT) != 0u);
 }
 
-// How far a point is lifted along its normal, over the depth that a slope spans within the filter [texels, times
-// the slope's sine].
+// Distance by which a point is lifted along its normal, including the depth that a slope spans within the
+// filter [texels, times the slope's sine].
 fn lift(light: GpuLight) -> f32 {
     return light.normal_bias + 0.5 + beyond_spline(light);
 }
 
-// Whether the light has penumbrae on the receiver. Levels hold all casters: receivers that only some casters tint read
-// the map.
+// Lift of a point along its normal where the filter reaches beyond the spline [texels]. `slope`: the
+// normal along the view's x and y. A plane's depths change along these, also where it faces a lamp; a box
+// reaches as far as its corners.
+fn wide_lift(light: GpuLight, slope: vec2<f32>) -> f32 {
+    let along = abs(slope.x) + abs(slope.y);
+    let reach = select(length(slope), along, filter_of(light).kind == FILTER_BOX);
+    return (light.normal_bias + 0.5) * length(slope) + beyond_spline(light) * reach;
+}
+
+// Whether the light has penumbrae on the receiver. Levels hold all casters, so receivers that only some
+// casters tint read the map.
 fn is_soft(light: GpuLight) -> bool {
     return has_area(light) && (receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST);
 }
 
-// The point of a look-up lifted off its surface, as a view needs it.
+// The point of a look-up, lifted off its surface for a view.
 struct Lifted {
     point: vec3<f32>,
     bias: f32, // [m]
@@ -64,15 +78,18 @@ fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     let kept = floats_of(aside(ASIDE_POINT));
     let surface = floats_of(aside(ASIDE_NORMAL));
     let texel = texel_size(view, kept.xyz);
-    // The bias is a part of the normal bias: edges of shadows move with the point.
+    // The bias replaces a part of the normal bias, because edges of shadows move with the point.
     let has_normal = dot(surface.xyz, surface.xyz) > 0.0;
-    let sine = surface.w / lift(light);
+    let is_wide = beyond_spline(light) > 0.0;
+    let slope = (view.view_from_world * vec4(surface.xyz, 0.0)).xy;
+    let sine = select(surface.w / lift(light), length(slope), is_wide);
+    let raised = select(surface.w, wide_lift(light, slope), is_wide);
     let least = select(0.0, CASTER_BIAS, kept.w > 0.0);
     let bias = depth_bias(light, view, texel, select(0.0, sine, has_normal), least);
     let covered = bias * sqrt(max(1.0 - sine * sine, 0.0));
     let part = min(light.normal_bias * sine * texel, covered);
-    // In spots what shades the point ends at its own plane.
-    let rest = select(surface.w * texel - part, 0.0, is_soft(light));
+    // With spots, occluders end at the point's own plane.
+    let rest = select(raised * texel - part, 0.0, is_soft(light));
     let point = kept.xyz + surface.xyz * rest;
     // A point without a normal is on no translucent caster that could tint it.
     let tint_bias = select(depth_bias(light, view, 0.0, 0.0, 0.0), bias, has_normal || kept.w > 0.0);

@@ -1,11 +1,11 @@
-// shade, light points: evaluates the light at points, which are surfaces, panes and particles of the
-// picture, or points of a host. One invocation per answer; the kernel chooses what is answered. CPU reference:
+// shade, light points: evaluates the light at points: surfaces, panes and particles of the picture, or points
+// of a host. One invocation per answer; the kernel chooses the answers. CPU reference:
 // crates/gobo-reference/src/shading/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import choice::aside::open_asides;
 import choice::light_output::{answer_count, store_answer};
 
-// What an answer lays aside: `point_light`.
+// Values that an answer lays aside (`point_light`).
 const LOCAL_ASIDES: u32 = 2u;
 
 override WORKGROUP_SIZE: u32;

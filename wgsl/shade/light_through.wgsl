@@ -1,6 +1,6 @@
 // Share of a light that reaches a point, for shaders of the host and for `light_points`: 1 if nothing is in
-// between, without falloff and cosine. CPU reference: `share` of crates/gobo-reference/src/shading/mod.rs. Rust:
-// src/shadows/look_ups/host_shader.rs.
+// between, without falloff and cosine. CPU reference: `share` of crates/gobo-reference/src/shading/mod.rs.
+// Rust: src/shadows/look_ups/host_shader.rs.
 
 import package::records::light::light_record;
 import package::records::material::RECEIVES_CURVE;

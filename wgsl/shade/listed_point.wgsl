@@ -1,4 +1,4 @@
-// Points that a dispatch evaluates: a list of the band's, or all of a batch.
+// Points that a dispatch evaluates: a list of the band, or all points of a batch.
 
 import package::bind::read::point_lists;
 import package::bind::uniform::point_batch;

@@ -2,7 +2,7 @@
 
 import package::records::point::Point;
 
-// Share of a light from its mask, 1 without one; and whether it has one.
+// Share of a light from its mask, 1 without a mask; and whether it has one.
 struct Masked {
     share: vec3<f32>,
     is_masked: bool,

@@ -4,7 +4,7 @@ import package::bind::sampled::light_masks;
 import package::records::mask::{mask_slot, slot_channels, slot_mask};
 import package::records::point::{POINT_SOLID, Point};
 
-// Share of a light from its mask, 1 without one; and whether it has one.
+// Share of a light from its mask, 1 without a mask; and whether it has one.
 struct Masked {
     share: vec3<f32>,
     is_masked: bool,

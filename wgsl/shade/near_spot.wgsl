@@ -1,4 +1,5 @@
-// Light of a map's texels in the spots of what is close to the receiver: each by its own depths.
+// Light of a map's texels in the spots of occluders close to the receiver, each by its own depths
+// (back-projection: Guennebaud et al. 2006).
 
 import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
@@ -16,13 +17,13 @@ struct NearLight {
     before: vec3<f32>, // light before the map's depths
     inner: vec3<f32>,  // the same in a spot without a size
     taken: vec3<f32>,
-    widest: vec3<f32>, // what is taken, in the widest spot alone
-    step: f32,         // what is taken, of all channels, times how far its spots are from the widest to none
+    widest: vec3<f32>, // `taken`, all in the widest spot
+    step: f32,         // sum of `taken`, weighted by how near each spot's area is to none
 }
 
 var<private> near_light: NearLight;
 
-// Of a texel: the light behind its nodes so far, the light before the fade, and its offset in the spot.
+// State of a texel: light behind its nodes so far, light before the fade, and its offset in the spot.
 var<private> near_left: vec3<f32>;
 var<private> near_before: vec3<f32>;
 var<private> near_off: vec2<f32>;
@@ -30,7 +31,7 @@ var<private> near_cover: f32; // of the texel, in the widest spot
 var<private> near_fade: Fade;
 var<private> near_square: f32; // inverse square of the radius of the widest spot
 
-// Squares of the widths of the box that filters a spot together with a texel's own width.
+// Squared widths of the box that, with a texel's own width, filters a spot.
 fn box_squares(texels: f32) -> vec2<f32> {
     return max(3.0 * spot_shape * spot_shape * (texels * texels) - 1.0, vec2(LEAST_SQUARE));
 }
@@ -41,7 +42,7 @@ fn box_cover(squares: vec2<f32>) -> f32 {
     return over.x * over.y / (width.x * width.y);
 }
 
-// What a ramp of light takes before `end`.
+// Adds the light that a ramp takes before `end`.
 fn take_ramp(start: f32, length: f32, drop: vec3<f32>, end: f32) {
     let inverse = 1.0 / length;
     let stop = clamp(end, start, start + length);
@@ -88,7 +89,7 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
         near_left = passed;
         take_ramp(nearest * DEPTHS, 1.0, 1.0 - passed, filter_end);
     }
-    // One surface, or one of each channel.
+    // One opaque surface, or one per channel.
     let is_colored = picture_params.colored != 0u;
     let depths = textureLoad(opaques, at, spot_view.layer, 0).rgb;
     let surfaces = select(1u, 3u, is_colored & any(depths < vec3(1.0)));
@@ -136,7 +137,7 @@ fn evaluate_map(texels: f32, since: vec2<f32>, is_asked: bool) {
     }
 }
 
-// Light before what is taken, in the spot of that; where nothing is taken, in one without a size.
+// Light before the occluders, in their mean spot; without occluders, in a spot without a size.
 fn before_taken() -> vec3<f32> {
     let all = near_light.taken.x + near_light.taken.y + near_light.taken.z;
     let narrow = select(1.0, saturate(near_light.step / select(1.0, all, all != 0.0)), all != 0.0);

@@ -1,5 +1,4 @@
-// What occluders let through that another one hides from the light's centre: as in the nearest block that is
-// lit.
+// Light past occluders that another occluder hides from the light's centre: taken from the nearest lit block.
 
 import package::curve::node::{node_start, quick_length, quick_passed};
 import package::records::area::{block_nodes, block_number, level_map};
@@ -10,15 +9,15 @@ import package::shade::spot::{receiver_end, slack_within, spot_center};
 
 // Least light of a lit block.
 const LIT: f32 = 0.25;
-// Part of a fade over which the share of occluders before it falls here: blocks of one that has much of its share
-// behind are lit, and dark at the receiver.
+// Part of a fade over which the share of occluders before it falls here: blocks of an occluder with much of
+// its share behind the fade are lit, but dark at the receiver.
 const EARLY: f32 = 0.1;
 // Share of the brightest channel below which a channel has no share of its own.
 const DIM: f32 = 0.01;
 // Least light to divide by.
 const MIN_LIT: f32 = 1e-4;
 
-// Light of a block behind its nodes so far; before the fade, and at the receiver.
+// Light of a block: behind its nodes so far, before the fade, and at the receiver.
 var<private> lit_left: vec3<f32>;
 var<private> lit_before: vec3<f32>;
 var<private> lit_here: vec3<f32>;
@@ -36,9 +35,9 @@ fn light_node(node: vec2<u32>, fade: Fade, end: f32) {
     lit_here -= drop * max(here, before);
 }
 
-// Share of the light behind a fade that reaches the receiver. Levels are asked from `first` to coarser ones, up
-// to `last`, until a block around the point is lit, then back to the finest along the nearest lit blocks. 1 if
-// none is, and if `first` is beyond `last`.
+// Share of the light behind a fade that reaches the receiver. Levels are asked from `first` to coarser ones,
+// up to `last`, until a block around the point is lit, then back to the finest along the nearest lit blocks.
+// 1 if no block is lit, or if `first` is beyond `last`.
 fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f32>) -> vec3<f32> {
     let fade = fade_between(vec2(since.x, since.x + EARLY * (since.y - since.x)));
     var number = first;
@@ -90,7 +89,7 @@ fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f
                 }
             }
             let is_lit = nearest < NEVER;
-            // A lit block whose children around its middle are dark is the finest to know.
+            // A lit block whose finer neighbours are all dark has the finest share known.
             let is_last = is_found && !is_lit;
             is_found = is_found || is_lit;
             number = select(select(number + 1u, number - 1u, is_found), 0u, is_last);

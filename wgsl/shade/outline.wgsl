@@ -1,10 +1,10 @@
-// An area light as a receiver sees it, in the plane of a map.
+// Outline of an area light seen from a receiver, in the plane of a map.
 
 import package::records::area::{AREA_FLAT, AREA_SUN, GpuArea};
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
 
-// A sheared rectangle, of the moments of the light's outline.
+// Sheared rectangle with the second moments of the light's outline.
 struct Outline {
     half: vec2<f32>, // half-widths along its axes
     turned: bool,    // whether these are y and x, so that the second is the longer one
@@ -21,7 +21,7 @@ fn half_axes(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, point:
     let up = (view.view_from_world * vec4(area.up, 0.0)).xyz;
     // Projected along the ray to the point into the plane of the view.
     let flat_axes = mat2x2((right.xy + aside * right.z) * down, (up.xy + aside * up.z) * down);
-    // Spheres face the point: an ellipse, longer away from the axis.
+    // Spheres face the point: they appear as ellipses, longer away from the axis.
     let off_axis = dot(aside, aside);
     let out = select(vec2(1.0, 0.0), aside * inverseSqrt(max(off_axis, 1e-30)), off_axis > 1e-30) * down;
     let facing = mat2x2(out * sqrt(1.0 + off_axis), vec2(-out.y, out.x)) * area.right.x;

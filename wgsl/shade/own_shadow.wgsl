@@ -1,11 +1,12 @@
-// What a brick's own voxels do to the light of a point in it. A curve keeps too little of them where they are dense. CPU
-// reference: crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/shading/mod.rs.
+// Shadow of a brick's own voxels on a point in the brick. A curve keeps too little of them where they are
+// dense. CPU reference: crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/shading/mod.rs.
 
 import package::hit::brick_cells::{CELLS, IndexRay, first_cell, never_parallel, way_in_cell, two_densities};
 import package::records::brick::{Brick, Grid, brick_of, grid_of};
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL};
 
-// Share of the way to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
+// Share of the way to a lamp at which the look-up from outside the brick stops: a lamp has no direction to
+// itself.
 const SHORT_OF: f32 = 0.999;
 const SUN_DISTANCE: f32 = 3.4e38; // distance of a directional light [m]
 
@@ -24,13 +25,13 @@ fn own_way(brick: Brick, grid: Grid, light: GpuLight, position: vec3<f32>, towar
     return OwnWay(ray, max(min(min(leaves.x, leaves.y), min(leaves.z, most)), 0.0));
 }
 
-// Where a point's way towards a light leaves its own brick, world space [m]. `id`: of the brick.
+// Point where the way towards a light leaves the point's own brick, world space [m]. `id`: of the brick.
 fn outside(id: u32, light: GpuLight, position: vec3<f32>, toward: vec3<f32>) -> vec3<f32> {
     let brick = brick_of(id);
     return position + toward * own_way(brick, grid_of(brick), light, position, toward).end;
 }
 
-// What of the light comes from there to the point; all of it where `id` is 0.
+// Transmittance of the own brick from there to the point; 1 where `id` is 0.
 fn own_passed(id: u32, light: GpuLight, position: vec3<f32>, toward: vec3<f32>) -> vec3<f32> {
     let brick = brick_of(id);
     let grid = grid_of(brick);

@@ -1,4 +1,5 @@
-// Scattering by what floats in the air. CPU reference: crates/gobo-reference/src/air.rs, crates/gobo-reference/src/shading/mod.rs.
+// Scattering by particles and media. CPU reference: crates/gobo-reference/src/air.rs,
+// crates/gobo-reference/src/shading/mod.rs.
 
 const PER_FOUR_PI: f32 = 0.07957747;
 // Orders of scattering in a brick.
@@ -12,11 +13,12 @@ fn phase(cosine: f32, g: f32) -> f32 {
     return PER_FOUR_PI * (1.0 - g * g) / (spread * sqrt(spread));
 }
 
-// Share of the light that is scattered to the eye, once and more often, by a point to which `passed` comes straight
-// (Wrenninge, Kulla and Lundqvist 2013, "Oz: the great and volumetric", with a = c = 1/2): each order finds half the
-// optical depth in its way, and forgets half of the direction. Unlike the paper: it adds a part of what it finds beyond
-// the order before, so that light is scattered by the phase function alone where nothing is lost, and nowhere more than
-// there is; b is half the albedo, so that dark smoke scatters once; and what maps store as 0 is 0 without a step.
+// Share of the light that a point scatters to the eye, once and more often; `passed`: share that reaches it
+// straight (Wrenninge, Kulla and Lundqvist 2013, "Oz: the great and volumetric", with a = c = 1/2): each
+// order meets half the optical depth, and forgets half of the direction. Unlike the paper: an order adds only
+// a part of the light it meets beyond the order before, so that where nothing is lost, light is scattered by
+// the phase function alone, and nowhere more; b is half the albedo, so that dark smoke scatters once; and
+// light that maps store as 0 is 0 without a step.
 fn phase_of_orders(passed: vec3<f32>, cosine: f32, g: f32, albedo: vec3<f32>) -> vec3<f32> {
     var light = max(passed - DARKEST, vec3(0.0)) / (1.0 - DARKEST);
     var before = vec3(0.0);

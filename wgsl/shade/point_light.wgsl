@@ -1,4 +1,5 @@
-// Light that a point scatters, mirrors and emits to the eye. CPU reference: crates/gobo-reference/src/shading/mod.rs.
+// Light that a point scatters, mirrors and emits to the eye. CPU reference:
+// crates/gobo-reference/src/shading/mod.rs.
 
 import choice::aside::{aside, lay_aside};
 import choice::mask::masked;
@@ -7,7 +8,8 @@ import package::bind::uniform::picture_params;
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_FAR_SIDES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced, load_point,
+    POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point,
+    is_faced, load_point,
 };
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
@@ -21,14 +23,14 @@ import package::shade::strand::strand_scattered;
 import package::shade::surface::eye;
 import package::shade::taps::set_turn;
 
-// Sums of the lights, laid aside; with the second the point's number.
+// Sums of the lights, laid aside; the second also holds the point's index.
 const ASIDE_DIFFUSE: u32 = ASIDE_LOCAL;
 const ASIDE_SHINE: u32 = ASIDE_LOCAL + 1u;
 
-// Share of the light from `toward` that a point of albedo 1 sends to the eye, without what it mirrors.
+// Share of the light from `toward` that a point of albedo 1 scatters to the eye, without mirrored light.
 fn scattered(point: Point, cosine: f32) -> f32 {
     switch point.kind {
-        // A highlight never sends more than it does head-on.
+        // A highlight never sends more than its head-on share.
         case POINT_SOLID, POINT_LEAF: { return max(cosine, 0.0) * PER_PI * (1.0 - HEAD_ON * point.polish); }
         case POINT_COVER: { return max(cosine, 0.0) * PER_PI; }
         case POINT_PANE: { return abs(cosine) * PER_PI; }
@@ -37,17 +39,18 @@ fn scattered(point: Point, cosine: f32) -> f32 {
     }
 }
 
-// Ambient light that a point of albedo 1 scatters to the eye: of an opaque surface what it does not mirror there. Where
-// the surroundings are two colours, only metal mirrors them, and all else is scattered.
+// Ambient light that a point of albedo 1 scatters to the eye: on an opaque surface, only light that it does
+// not mirror. Where the surroundings are two colours, only metal mirrors them; the rest is scattered.
 fn ambient(point: Point) -> vec3<f32> {
     let light = select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
     let cosine = dot(point.normal, normalize(eye() - point.position));
     let mirror = mirrored_sky(Gloss(point.reflectivity, point.polish), cosine, point.roughness);
-    let mirrors = (point.kind == POINT_SOLID || point.kind == POINT_LEAF) && picture_params.environment_size > 0u;
+    let mirrors = (point.kind == POINT_SOLID || point.kind == POINT_LEAF)
+        && picture_params.environment_size > 0u;
     return light * select(1.0, 1.0 - mirror, mirrors);
 }
 
-// Light of the point `number`. Around a look-up, what is needed behind it is laid aside or read anew.
+// Light of the point `number`. Values needed after a look-up are laid aside or read anew.
 fn point_light(number: u32) -> vec3<f32> {
     let first = load_point(number);
     let list = cluster_list(first.cluster);
@@ -58,8 +61,8 @@ fn point_light(number: u32) -> vec3<f32> {
     lay_aside(ASIDE_DIFFUSE, bits_of(ambient(first), 0.0));
     lay_aside(ASIDE_SHINE, vec4(vec3(0u), number));
     var i = 0u;
-    // Loops over lights and views are tested at their end: llvmpipe executes a body once more where the test
-    // comes first.
+    // Loops over lights and views test at their end: llvmpipe executes a body once more where the test comes
+    // first.
     if count > 0u {
         loop {
             let index = listed_index(list, i);
@@ -69,8 +72,8 @@ fn point_light(number: u32) -> vec3<f32> {
             let arriving = incoming(light, point.position);
             let is_behind = is_solid && dot(point.normal, arriving.toward) <= 0.0;
             if !is_behind && any(arriving.color > vec3(0.0)) {
-                // Normal on the light's side. A facet that looks away but whose interpolated normal does not is
-                // part of a round surface.
+                // Normal on the light's side. A facet turned away from the light whose interpolated normal is
+                // not is part of a round surface.
                 let side = dot(point.face, arriving.toward);
                 let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
                 // A light without views reads no map.
@@ -81,7 +84,7 @@ fn point_light(number: u32) -> vec3<f32> {
                     var reach = point.reach;
                     if HAS_BRICKS && point.brick > 0u && light.view_count > 0u {
                         origin = outside(point.brick, light, origin, arriving.toward);
-                        // There is no surface that a bias could help.
+                        // No surface is there for a bias to help.
                         reach = -1.0;
                     }
                     through = shadow(light, index, origin, face, arriving.toward, reach);
@@ -101,7 +104,7 @@ fn point_light(number: u32) -> vec3<f32> {
     return point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine;
 }
 
-// Adds a light, of which the maps let a share through, to the sums that are laid aside.
+// Adds a light, of which the maps pass the share `by_maps`, to the sums laid aside.
 fn add_light(index: u32, by_maps: vec3<f32>) {
     let shine = aside(ASIDE_SHINE);
     let point = load_point(shine.w);
@@ -128,7 +131,8 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     let gloss = Gloss(point.reflectivity, point.polish);
     let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
     let middle = normalize(arriving.toward + to_eye);
-    let lobe = highlight(point.normal, middle, point.roughness) * mirrored(gloss, dot(to_eye, middle), head_on);
+    let lobe = highlight(point.normal, middle, point.roughness)
+        * mirrored(gloss, dot(to_eye, middle), head_on);
     let shines = is_faced(point.kind) && cosine > 0.0;
     var added = select(vec3(0.0), passed * (cosine * lobe), shines);
     if HAS_FAR_SIDES {

@@ -1,4 +1,5 @@
-// Light that arrives at a point through a shadow map. CPU reference: crates/gobo-reference/src/shading/receive.rs.
+// Light that arrives at a point through a shadow map. CPU reference:
+// crates/gobo-reference/src/shading/receive.rs.
 
 import package::bind::sampled::{filters, nearests};
 import package::curve::light::curve_light;
@@ -12,9 +13,8 @@ import package::shade::solid_depths::solid_depths;
 import package::shade::taps::{filter_of, filter_tap, map_taps, next_rotation, pixel_rotation};
 import package::shade::tint::tint_depth;
 
-// Light through one texel to light depth z, by the rules of the receiver. Texels outside the view's map are
-// clamped to its border.
-// `biases`: with respect to opaque surfaces and to translucent casters [light depth].
+// Light through one texel at light depth z, by the rules of the receiver. Texels outside the view's map are
+// clamped to its border. `biases`: for opaque surfaces and for translucent casters [light depth].
 fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, biases: vec2<f32>) -> vec3<f32> {
     let inside = clamp(texel, vec2(0.0), view.size - 1.0);
     let tint_z = tint_depth(view, inside + 0.5, z, biases.y);
@@ -32,6 +32,7 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, biases: vec2<f32>) -> 
     return select(passed, vec3(0.0), vec3(z) > solid + biases.x);
 }
 
+// Percentage-closer filter (Reeves et al. 1987): each texel is compared on its own, then weighted.
 fn receive(light: GpuLight, view: GpuView, lifted: Lifted) -> vec3<f32> {
     set_own_plane(view);
     let taps = map_taps(view, lifted.point);

@@ -1,18 +1,18 @@
-// The plane of the surface on which a point without a normal lies, from the surfaces that the map sees around it.
-// Otherwise a floor that rises towards the light would count as an occluder of itself.
+// Plane of the surface under a point without a normal, from the surfaces that the map sees around it.
+// Otherwise a floor that rises towards the light would occlude itself.
 
 import package::records::view::GpuView;
 import package::shade::solid_depths::solid_depths;
 
-// Distance from the point of the texels that are read first [texels]; where they see something in front of the
-// surface, farther ones are read.
+// Distance from the point to the first texels read [texels]; where they see something in front of the
+// surface, farther texels are read.
 const FIRST_RING: f32 = 2.0;
 const LAST_RING: f32 = 54.0;
-const NEXT_RING: f32 = 3.0; // times the one before
+const NEXT_RING: f32 = 3.0; // factor from one ring to the next
 const AROUND_COUNT: u32 = 8u;
 // Texels of a ring that must lie on the plane: half of them, as at the edge of a shadow.
 const LEAST_ON_PLANE: u32 = 4u;
-// Texels over which the plane may change by as much as a surface on it is off.
+// Slack of a surface on the plane, as a distance over which the plane may change by as much [texels].
 const ROUGH: f32 = 0.0625;
 const NO_SURFACE: f32 = 1e30;
 
@@ -24,8 +24,8 @@ fn around_offset(i: u32) -> vec2<f32> {
     return select(along, vec2(low, high), i >= 4u);
 }
 
-// A texel's offset from the point [texels]; and its surface's distance, or the inverse of it in a perspective view,
-// from the point's.
+// Offset of a texel from the point [texels]; and the distance of its surface, in a perspective view its
+// inverse, less the point's.
 fn surface_around(view: GpuView, center: vec2<f32>, at_point: f32, off: vec2<f32>) -> vec3<f32> {
     let texel = clamp(floor(center + off), vec2(0.0), view.size - 1.0);
     let depths = solid_depths(view, view.origin + vec2<u32>(texel));
@@ -35,8 +35,9 @@ fn surface_around(view: GpuView, center: vec2<f32>, at_point: f32, off: vec2<f32
     return vec3(texel + 0.5 - center, select(linear - at_point, NO_SURFACE, depth >= 1.0));
 }
 
-// Change of the plane by texel; zero where the map sees none. `center`: of the point [texels]; `at_point`: its distance,
-// or the inverse of it in a perspective view; `slack`: how much a surface on the plane may be off.
+// Change of the plane per texel; zero where the map sees none. `center`: place of the point [texels];
+// `at_point`: its distance, or in a perspective view the inverse; `slack`: largest error of a surface on the
+// plane.
 fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_asked: bool) -> vec2<f32> {
     var found = vec2(0.0);
     var ring = FIRST_RING;
@@ -44,24 +45,33 @@ fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_as
     let around = select(0u, AROUND_COUNT, is_asked);
     if is_asked {
         loop {
-            // The two texels in different directions whose surfaces are off least: what hides the surface is far off.
+            // The two texels in different directions with the least errors: occluders are far off the
+            // surface.
             var first = vec3(1.0, 0.0, NO_SURFACE);
             var second = vec3(0.0, 1.0, NO_SURFACE);
             var by_texel = vec2(0.0);
             var count = 0u;
-            // Three times around: for the first texel, for the second, and for all on their plane.
+            // Three rounds: for the first texel, for the second, and for all texels on their plane.
             var i = 0u;
             loop {
-                let seen = surface_around(view, center, at_point, around_offset(i & (AROUND_COUNT - 1u)) * ring);
+                let seen = surface_around(
+                    view,
+                    center,
+                    at_point,
+                    around_offset(i & (AROUND_COUNT - 1u)) * ring,
+                );
                 let is_first = i < around;
                 let is_second = !is_first && i < 2u * around;
-                // Of opposite texels it is at most `ring`.
+                // For opposite texels the cross product is at most `ring`.
                 let is_aside = abs(first.x * seen.y - first.y * seen.x) > ring;
                 first = select(first, seen, is_first && abs(seen.z) < abs(first.z));
                 second = select(second, seen, is_second && is_aside && abs(seen.z) < abs(second.z));
                 let across = first.x * second.y - first.y * second.x;
                 let is_whole = abs(across) > 1.0 && max(abs(first.z), abs(second.z)) < NO_SURFACE;
-                let turned = vec2(first.z * second.y - second.z * first.y, second.z * first.x - first.z * second.x);
+                let turned = vec2(
+                    first.z * second.y - second.z * first.y,
+                    second.z * first.x - first.z * second.x,
+                );
                 by_texel = select(vec2(0.0), turned / select(1.0, across, is_whole), is_whole);
                 let most_off = slack + ROUGH * (abs(by_texel.x) + abs(by_texel.y));
                 let is_on = is_whole && abs(seen.z - dot(by_texel, seen.xy)) <= most_off;

@@ -15,14 +15,14 @@ fn rising(cosine: f32) -> f32 {
     return rest * rest * rest * rest * rest;
 }
 
-// Reflectance of an opaque surface for the environment; metal in its own colour. `grazing` as in
+// Reflectance of an opaque surface for the environment; metal has its own colour. `grazing` as in
 // `mirrored_sky`.
 fn mirrored_solid(albedo: vec3<f32>, metallic: f32, cosine: f32, roughness: f32) -> vec3<f32> {
     let head_on = mix(vec3(HEAD_ON), albedo, metallic);
     return head_on + (max(vec3(1.0 - roughness), head_on) - head_on) * rising(cosine);
 }
 
-// Mirrored share of light: reflectivity in full, the rest by polish like glass.
+// Mirrored share of light: in full by reflectivity, the rest by polish like glass.
 struct Gloss {
     reflectivity: f32,
     polish: f32, // 1 for glass, 0 for a surface of no coverage
@@ -41,9 +41,9 @@ fn mirrored_sky(gloss: Gloss, cosine: f32, roughness: f32) -> f32 {
     return gloss.reflectivity + (1.0 - gloss.reflectivity) * gloss.polish * share;
 }
 
-// Specular highlight: Blinn 1977, normalised so that it sends out all that arrives head-on, and never more; the
-// exponent from the roughness as in Walter et al. 2007, section 6. Per unit of reflectance; `middle` is the unit half
-// vector between the directions to the light and to the eye.
+// Specular highlight: Blinn 1977, normalised so that it sends out all light that arrives head-on, and never
+// more; the exponent follows from the roughness as in Walter et al. 2007, section 6. Per unit of reflectance.
+// `middle`: unit half vector between the directions to the light and to the eye.
 fn highlight(normal: vec3<f32>, middle: vec3<f32>, roughness: f32) -> f32 {
     let width = max(roughness * roughness, 0.04);
     let exponent = 2.0 / (width * width) - 1.0;

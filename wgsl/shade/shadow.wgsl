@@ -1,8 +1,10 @@
-// Light that the shadows of a light let through. CPU reference: crates/gobo-reference/src/shading/receive.rs.
+// Light past the shadows of a light. CPU reference: crates/gobo-reference/src/shading/receive.rs.
 
 import choice::aside::{aside, lay_aside};
 import choice::source::receive_light;
-import package::records::light::{GpuLight, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT, light_record, shadow_role, shadow_view};
+import package::records::light::{
+    GpuLight, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT, light_record, shadow_role, shadow_view,
+};
 import package::records::view::{GpuView, ROLE_FACE, ROLE_WINDOW};
 import package::shade::asides::{
     ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, ASIDE_SUM, ASIDE_VIEWS, bits_of, floats_of,
@@ -14,8 +16,8 @@ import package::shade::taps::{SPLINE_REACH, beyond_spline};
 // Least cosine of a slope: 86 degrees.
 const MIN_INCIDENCE: f32 = 0.0625;
 
-// With the index of a shadow's last view: whether it is complete, and the number of the viewpoint of its light, from 1 on;
-// 0 for a further shadow.
+// Bits beside the index of a shadow's last view: whether the shadow is complete, and the number of its
+// light's viewpoint, from 1 on; 0 for a further shadow.
 const WHOLE_BIT: u32 = 0x80000000u;
 const VIEWPOINT_SHIFT: u32 = 27u;
 const VIEWPOINT_MASK: u32 = 0xfu;
@@ -35,10 +37,19 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     return min(border / max(view.fade, 1e-3), 1.0);
 }
 
-// Least light that the viewpoints of the light `number` on average, or any further shadow of it, let through, per
-// channel. `normal` is on the light's side, zero without a surface; `reach`: distance that a caster in the maps may be
-// off the point [m], added to the bias; negative for no bias at all. Where branches cost what they skip, one loop reads fewer maps than a branch for each kind.
-fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, toward: vec3<f32>, reach: f32) -> vec3<f32> {
+// Light that passes to a point, per channel: the mean over the viewpoints of the light `number` (Heckbert and
+// Herf 1997), or any further shadow's share where that is less. `normal`: on the light's side, zero without a
+// surface; `reach`: distance that a caster in the maps may be off the point [m], added to the bias; negative
+// for no bias at all. One loop for all kinds of shadows: where skipped branches still cost, it reads fewer
+// maps than a branch per kind.
+fn shadow(
+    source: GpuLight,
+    number: u32,
+    point: vec3<f32>,
+    normal: vec3<f32>,
+    toward: vec3<f32>,
+    reach: f32,
+) -> vec3<f32> {
     let cosine = dot(normal, toward);
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
     // Without a normal there is no slope.
@@ -59,7 +70,7 @@ fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, to
             var last: u32; // last view of this shadow
             loop {
                 if shadow_role(index) == ROLE_FACE {
-                    // Away from the viewpoint, along the axes of the world.
+                    // Away from the viewpoint, along the world's axes.
                     let from_world = shadow_view(index).view_from_world;
                     let in_view = from_world * vec4(kept.xyz, 1.0);
                     index += cube_face((vec4(in_view.xyz, 0.0) * from_world).xyz);
@@ -86,7 +97,7 @@ fn shadow(source: GpuLight, number: u32, point: vec3<f32>, normal: vec3<f32>, to
             let is_done = rest <= 0.0 || (views.y & WHOLE_BIT) != 0u;
             viewpoint = (views.y >> VIEWPOINT_SHIFT) & VIEWPOINT_MASK;
             let passed = sum / max(1.0 - rest, 1e-6);
-            // Beyond the last view there is light. A further shadow can only take some.
+            // Beyond the last view all light passes. A further shadow can only take some of it.
             let own = mix(least.xyz, mix(vec3(1.0), passed, 1.0 - rest), 1.0 / f32(max(viewpoint, 1u)));
             let less = select(mix(least.xyz, min(least.xyz, passed), 1.0 - rest), own, viewpoint > 0u);
             lay_aside(ASIDE_LEAST, bits_of(select(least.xyz, less, is_done), least.w));

@@ -22,15 +22,14 @@ fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> 
     return receive(light, view, lifted);
 }
 
-// Light through what is close to the receiver, from the map itself, and what gets past the occluders that hide
-// others.
+// Light past occluders close to the receiver, from the map itself, and light past occluders that hide others.
 fn through_map(leveled: Leveled) -> vec3<f32> {
     forget_asides(leveled.last);
-    // What levels do not need of it is not kept.
+    // Only the values of the view that levels need were kept.
     spot_view = shadow_view(aside(ASIDE_VIEWS).x);
     let is_near = leveled.near != NEVER;
     evaluate_map(min(spot_at(leveled.near), WIDEST * (1.0 + FADE)), leveled.since, is_near);
-    // What the levels left is laid aside.
+    // The light behind the levels is laid aside.
     forget_asides(leveled.last);
     let lit = floats_of(aside(ASIDE_PASSED));
     let shaded = aside(ASIDE_HIDDEN);

@@ -1,5 +1,4 @@
-// The part of a shadow map that an area light covers, seen from a point through an occluder's depth: a
-// spot.
+// Spot: the part of a shadow map that an area light covers, seen from a point through an occluder's depth.
 
 import package::curve::node::DEPTHS;
 import package::records::area::GpuArea;
@@ -9,15 +8,15 @@ import package::shade::outline::outline_of;
 import package::shade::seen_plane::seen_plane;
 
 // Radius of the widest spot that a level filters [blocks]: its window is 4.5 blocks wide, that of half the
-// radius 1.6.
+// radius 1.6 blocks.
 const WIDEST: f32 = 2.8;
 // Radius up to which a spot reads the map itself instead of a level [texels].
 const SHARP: f32 = WIDEST;
-// Square of the least width of the box that filters the map [texels^2]: with a texel's own width as wide as a quadratic
-// B-spline.
+// Square of the least width of the box that filters the map [texels^2]: with a texel's own width, as wide as
+// a quadratic B-spline.
 const LEAST_SQUARE: f32 = 2.0;
-// Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond it, the longer edge
-// divided by this does.
+// Aspect ratio of a rectangle up to which its shorter edge chooses the level; beyond, the longer edge divided
+// by this.
 const LONGEST: f32 = 3.0;
 // Half-width of the range of spots in which two levels, or a level and the map, share an occluder, relative
 // to the radius at which one takes over from the other.
@@ -30,15 +29,15 @@ var<private> spot_view: GpuView;
 var<private> spot_center: vec2<f32>;   // [texels]
 var<private> spot_distance: f32;       // [m]
 var<private> spot_bias: f32;
-// Hoisted by hand: compilers of llvmpipe leave divisions in loops.
-var<private> spot_inverse: f32;        // of the distance [1/m]
+// Hoisted by hand: llvmpipe's compiler leaves divisions in loops.
+var<private> spot_inverse: f32;        // 1 / `spot_distance` [1/m]
 var<private> spot_step: f32;           // [m]
 var<private> spot_per_metre: f32;
 var<private> spot_radius: f32;         // [texels], times a distance [m] in a perspective view
 var<private> spot_shape: vec2<f32>;    // half-widths along the window's axes, relative to the radius
 var<private> spot_turned: bool;        // whether these axes are y and x, so that the second is the longer one
 var<private> spot_shear: f32;          // of the window along its first axis, per step along its second
-// Depth of the receiver's plane along the ray through a texel: `1 / d` in a perspective view, `d` in a
+// Plane of the receiver. Its depth along the ray through a texel, `1 / d` in a perspective view and `d` in a
 // parallel one, is linear in the texel.
 var<private> plane_middle: f32;
 var<private> plane_by_texel: vec2<f32>;
@@ -47,7 +46,7 @@ fn fixed_of(distance: f32) -> f32 {
     return (distance - spot_view.near) * spot_per_metre;
 }
 
-// A vector along x and y, along the window's axes; and back.
+// A vector along x and y, turned to the window's axes; or back.
 fn turned(along: vec2<f32>) -> vec2<f32> {
     return select(along, along.yx, spot_turned);
 }
@@ -58,7 +57,7 @@ fn set_plane_depth(view: GpuView, p: vec3<f32>, normal: vec3<f32>, bias: f32) {
     let meets = select(normal.z, dot(normal, p), perspective);
     let long = select(1.0, length(p), perspective);
     let has_normal = any(normal != vec3(0.0));
-    // A plane that is edge-on, or no surface, has the depth of the point everywhere.
+    // An edge-on plane, or no surface, has the depth of the point everywhere.
     let is_none = abs(meets) < EDGE_ON_PLANE * long || !has_normal;
     let divisor = select(meets, 1.0, is_none);
     let at_point = select(-p.z, spot_inverse, perspective);
@@ -91,7 +90,7 @@ fn set_spot(view: GpuView, light: GpuLight, area: GpuArea, point: vec3<f32>, nor
     set_plane_depth(view, p, (view.view_from_world * vec4(normal, 0.0)).xyz, bias);
 }
 
-// Radius of a spot at a depth [texels].
+// Radius of the spot at a depth [texels] (Fernando 2005: the penumbra from similar triangles).
 fn spot_at(depth: f32) -> f32 {
     let distance = depth * spot_step + spot_view.near;
     let by_distance = 1.0 / max(distance, 1e-6) - spot_inverse;
@@ -105,12 +104,12 @@ fn depth_of_spot(texels: f32) -> f32 {
     return fixed_of(select(spot_distance - part, distance, spot_view.perspective > 0.0));
 }
 
-// Depths between which what covers spots of more than `texels` fades into what covers smaller ones.
+// Depths between which the occluders of spots wider than `texels` fade into those of narrower ones.
 fn fade_at(texels: f32) -> vec2<f32> {
     return vec2(depth_of_spot(texels * (1.0 + FADE)), depth_of_spot(texels * (1.0 - FADE)));
 }
 
-// How much the receiver's plane varies within `around` texels, for `receiver_end`.
+// Variation of the receiver's plane within `around` texels, for `receiver_end`.
 fn slack_within(around: f32) -> f32 {
     return (abs(plane_by_texel.x) + abs(plane_by_texel.y)) * around;
 }
@@ -134,16 +133,16 @@ struct Windows {
     wide: Window,
     middle: Window,
     narrow: Window,
-    squares: vec2<f32>, // of the radii of the spots that the first two filter [texels^2]
-    per_square: vec2<f32>, // inverse steps from these to the next
+    squares: vec2<f32>, // squared radii of the spots that the first two filter [texels^2]
+    per_square: vec2<f32>, // inverse steps from each of these to the next
 }
 
-// `widest` and `least`: radii of spots.
+// `widest` and `least`: radii of spots [texels].
 fn windows_of(widest: f32, least: f32, per_edge: f32) -> Windows {
     let shape = spot_shape * per_edge;
     let by_square = 3.0 * shape * shape;
     let less = 3.25 - 9.0 * per_edge * per_edge;
-    // Below that the windows are one block wide.
+    // For narrower spots, the windows are one block wide.
     let low = (1.0 + less) / max(max(by_square.x, by_square.y), 1e-12);
     let wide = widest * widest;
     let narrow = min(max(least * least, low), wide);
@@ -157,21 +156,22 @@ fn windows_of(widest: f32, least: f32, per_edge: f32) -> Windows {
     );
 }
 
-// Together with the overlap of the blocks and a block's own width, the window that filters a spot is closest to a
-// disc at a variance slightly above the disc's. `squares`: of its widths.
+// With the overlap of the blocks and a block's own width, the window that filters a spot is closest to a disc
+// at a variance slightly above the disc's. `squares`: of the window's widths.
 fn window_of(squares: vec2<f32>) -> Window {
     let width = sqrt(max(squares, vec2(1.0)));
     return Window(width, 1.0 / (width.x * width.y));
 }
 
-// Share of a window, at least one block wide, that covers the block `off` its centre, along its axes, by area.
+// Share of a window, at least one block wide, that covers the block at `off` its centre, along its axes.
 fn window_cover(off: vec2<f32>, window: Window) -> f32 {
     let over = saturate(0.5 * (window.width + 1.0) - abs(off));
     return over.x * over.y * window.per_area;
 }
 
-// A spot between those of two windows is filtered by both, so that their variance is its own: a root and a
-// division less for each ramp. How much of each step between windows its radius is below the wider one's.
+// Weights of the narrower windows for a spot. A spot between two windows is filtered by both, so that their
+// variance is its own, which saves a root and a division per ramp. For each step between windows: its share
+// by which the spot is below the wider window.
 fn narrower(windows: Windows, texels: f32) -> vec2<f32> {
     return saturate((windows.squares - texels * texels) * windows.per_square);
 }

@@ -13,15 +13,20 @@ import package::records::view::GpuView;
 fn world_point(view: GpuView, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     let slope = (pixel - view.size * 0.5) / view.scale;
     let distance = view.near + depth * (view.far - view.near);
-    return (picture_params.world_from_view * vec4(slope.x * distance, -slope.y * distance, -distance, 1.0)).xyz;
+    return (picture_params.world_from_view * vec4(
+        slope.x * distance,
+        -slope.y * distance,
+        -distance,
+        1.0,
+    )).xyz;
 }
 
 fn eye() -> vec3<f32> {
     return picture_params.world_from_view[3].xyz;
 }
 
-// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette the
-// interpolated one may look away from the eye, and still is the face's.
+// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette, the
+// interpolated normal may still point away from the eye.
 struct Normals {
     face: vec3<f32>,
     normal: vec3<f32>,
@@ -48,7 +53,7 @@ fn rounded(id: u32, barycentric: vec3<f32>, face: vec3<f32>, point: vec3<f32>) -
     return point + out;
 }
 
-// Caster of a pane.
+// Caster of a pane, by its setup.
 fn pane_caster(setup: u32) -> u32 {
     return caster_of(load_footprint(picture_params.first_setup + setup));
 }

@@ -17,7 +17,7 @@ const GOLDEN_SINE: f32 = 0.6754903;
 // Direction to the first texel of a disc, unit.
 var<private> pixel_rotation: vec2<f32> = vec2(1.0, 0.0);
 
-// Rotates discs evenly by the pixel (Roberts 2018, the R2 sequence), alike in every frame. `pixel`: x and,
+// Rotates discs evenly by the pixel (Roberts 2018, the R2 sequence), the same in every frame. `pixel`: x and,
 // from bit 16 on, y.
 fn set_turn(pixel: u32) {
     let part = ((pixel & 0xffffu) * 12664745u + (pixel >> 16u) * 9560333u) & 0xffffffu;
@@ -44,7 +44,8 @@ fn map_taps(view: GpuView, point: vec3<f32>) -> Taps {
     let p = (view.view_from_world * vec4(point, 1.0)).xyz;
     let distance = -p.z;
     let perspective = view.perspective > 0.0;
-    let position = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective)) + view.size * 0.5;
+    let position = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective))
+        + view.size * 0.5;
     let z = (distance - view.near) / (view.far - view.near);
     let inside = all(position >= vec2(0.0)) && all(position <= view.size);
     // A cone or a cube's face ends where its map does.
@@ -79,7 +80,7 @@ fn filter_of(light: GpuLight) -> Filter {
     return Filter(kind, select(edge * edge, taps, is_disc), f32(edge), radius);
 }
 
-// Reach of its texels beyond the spline's [texels].
+// Reach of the filter's texels beyond the spline's [texels].
 fn beyond_spline(light: GpuLight) -> f32 {
     return max(filter_of(light).radius - SPLINE_REACH, 0.0);
 }
@@ -98,9 +99,10 @@ fn filter_tap(kernel: Filter, taps: Taps, i: u32, rotation: vec2<f32>) -> Tap {
     let position = clamp(taps.position, vec2(-1e6), vec2(1e6));
     let row = floor((f32(i) + 0.5) / kernel.edge);
     let cell = vec2(f32(i) - row * kernel.edge, row);
-    // A box of whole texels over bilinear ones.
+    // A box of whole texels over bilinear taps.
     let square = floor(position - 0.5 - kernel.radius) + 1.0 + cell;
-    let over = clamp(kernel.radius - abs(square + 0.5 - position), vec2(0.0), vec2(1.0)) / max(kernel.edge - 1.0, 1.0);
+    let over = clamp(kernel.radius - abs(square + 0.5 - position), vec2(0.0), vec2(1.0))
+        / max(kernel.edge - 1.0, 1.0);
     let reach = kernel.radius * sqrt((f32(i) + 0.5) / f32(kernel.count));
     let even = select(taps.middle, floor(position + rotation * reach), kernel.kind == FILTER_DISC);
     let is_box = kernel.kind == FILTER_BOX;

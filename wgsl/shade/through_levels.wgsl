@@ -1,5 +1,5 @@
-// Light of an area light through the levels of a map, from the widest spots to the sharpest, from the light on.
-// Truth: tests/common/area_truth.rs.
+// Soft shadow of an area light by percentage-closer soft shadows (Fernando 2005) on the prefiltered levels of
+// a map: from the light on, from the widest spots to the sharpest. Truth: tests/common/area_truth.rs.
 
 import choice::aside::{aside, forget_asides, lay_aside};
 import package::curve::node::DEPTHS;
@@ -9,17 +9,19 @@ import package::records::view::GpuView;
 import package::shade::asides::{
     ASIDE_HIDDEN, ASIDE_NORMAL, ASIDE_PASSED, ASIDE_POINT, bits_of, floats_of,
 };
-import package::shade::level_light::{NEVER, evaluate_level, least_open, level_light, next_occluder, search_rows};
+import package::shade::level_light::{
+    NEVER, evaluate_level, least_open, level_light, next_occluder, search_rows,
+};
 import package::shade::lifted::Lifted;
 import package::shade::receiver::is_solid;
 import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, receiver_end, set_spot, spot_at, spot_center};
 import package::shade::taps::map_taps;
 import package::sums::sums::blackened;
 
-// Weight of a level's result per light before the level, up to a weight of 1.
+// Weight of a level's result, per light before the level, up to 1.
 const EVIDENCE: f32 = 300.0;
-// Weight of the colour in the widest window per light that is missing there from this on, up to a weight of 1: clear
-// filters alone hide nothing.
+// Weight of the colour in the widest window, per light that it lacks below CLEAR, up to 1: clear filters
+// alone hide nothing.
 const HIDING: f32 = 8.0;
 const CLEAR: f32 = 0.9;
 // Least light that a search for occluders relies on.
@@ -28,7 +30,7 @@ const MIN_OPEN: f32 = 0.25;
 const AROUND: f32 = 0.25;
 // Least light to divide by.
 const MIN: f32 = 1e-4;
-// With the number of a level that is laid aside: whether filters alone touch the receiver.
+// Bit beside the number of a level that is laid aside: whether filters alone touch the receiver.
 const TOUCH_BIT: u32 = 0x80000000u;
 
 fn relied_on(before: vec3<f32>) -> vec3<f32> {
@@ -39,9 +41,10 @@ fn brightest(light: vec3<f32>) -> f32 {
     return max(light.x, max(light.y, light.z));
 }
 
-// The share of light that gets past occluders, with the colour that it has in their `widest` window as far as something
-// hides a part of that: what gets past that lights the receiver through filters around the hidden part, of which a
-// narrower window holds too few where it is in the middle, and too many beside. `left`: behind all, in the widest window.
+// Share of the light that passes occluders, with the colour of their `widest` window as far as something
+// hides a part of it: light past that part reaches the receiver through the filters around, of which a
+// narrower window holds too few in the middle of the hidden part, and too many beside it. `left`: light
+// behind all occluders, in the widest window.
 fn colored_share(share: vec3<f32>, widest: vec3<f32>, left: vec3<f32>) -> vec3<f32> {
     let most = brightest(widest);
     let is_lit = clamp(brightest(left) * EVIDENCE, 0.0, 1.0);
@@ -49,7 +52,7 @@ fn colored_share(share: vec3<f32>, widest: vec3<f32>, left: vec3<f32>) -> vec3<f
     return mix(share, widest * (brightest(share) / max(most, MIN)), hides);
 }
 
-// The smallest level whose blocks are large enough for a spot; 0 for the map.
+// The finest level whose blocks are large enough for a spot; 0 for the map.
 fn level_of(texels: f32, last: u32) -> u32 {
     let near = u32(clamp(ceil(log2(max(texels, SHARP) / WIDEST)), 1.0, 12.0));
     // Corrects the rounding of the logarithm.
@@ -58,14 +61,15 @@ fn level_of(texels: f32, last: u32) -> u32 {
     return select(min(enough, last), 0u, texels <= SHARP);
 }
 
-// What the levels leave to the map. Laid aside: the light behind their occluders, with the start of the fade behind which
-// the first of them holds nothing, and the light that gets past such occluders, with the last of those levels.
+// Result of the levels, for the map. Laid aside: the light behind the levels' occluders, with the start of
+// the fade behind which the first of them holds nothing, and the light past such occluders, with the last of
+// those levels.
 struct Leveled {
     since: vec2<f32>, // fade into the map
-    near: f32,        // first depth of the map's occluders behind that; NEVER for none, or where filters touch
+    near: f32,        // first depth of the map's occluders behind it; NEVER for none, or if filters touch
     hidden_end: f32,  // end of the fade that is laid aside
     number: u32,      // of the leveled view
-    last: u32,        // its coarsest level
+    last: u32,        // first depth of the map's occluders behind it; NEVER for none, or if filters touch
 }
 
 fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> Leveled {
@@ -73,12 +77,19 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
     let leveled = area.first_leveled + index - light.first_view;
     let taps = map_taps(view, lifted.point);
     let is_lit = taps.reaches && taps.z <= 1.0 + lifted.bias / (view.far - view.near);
-    // 0: the levels are not asked at all.
+    // 0: no level is asked.
     let last = select(0u, leveled_view(leveled).y, is_lit);
-    set_spot(view, light, area, floats_of(aside(ASIDE_POINT)).xyz, floats_of(aside(ASIDE_NORMAL)).xyz, lifted.bias);
+    set_spot(
+        view,
+        light,
+        area,
+        floats_of(aside(ASIDE_POINT)).xyz,
+        floats_of(aside(ASIDE_NORMAL)).xyz,
+        lifted.bias,
+    );
     // Loop counts are not constant, so that compilers do not unroll.
     let four = select(0u, 4u + 4u * u32(search_rows()), last > 0u);
-    // Nothing is lit beyond the far plane; beside the map all is.
+    // Beyond the far plane nothing is lit; beside the map everything is.
     lay_aside(ASIDE_PASSED, bits_of(vec3(select(1.0, 0.0, taps.reaches && !is_lit)), 0.0));
     lay_aside(ASIDE_HIDDEN, vec4(0u));
     var hidden_end = 0.0;
@@ -88,9 +99,10 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
     var near_cue = NEVER;  // first occluder that is left to the map, in a wide window
     if number > 0u {
         loop {
-            // What the level before left over is followed where it fades into the next one or into the map. Else
-            // ever finer levels are asked: coarse blocks mix what is before the receiver with what is behind it.
-            // Where no light is left, they know nothing, and the wider window is believed.
+            // The occluder that the level before left over is followed where it fades into the next level or
+            // the map. Else ever finer levels are asked, because coarse blocks mix occluders before the
+            // receiver with surfaces behind it. Where no light is left in them, they know nothing, and the
+            // wider window is believed.
             var cue = rest_next;
             let rest = min(level_of(spot_at(cue), last), number);
             var is_known = cue != NEVER && (rest == number || rest == 0u);
@@ -114,8 +126,8 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
                 break;
             }
             let map = level_map(view, leveled, number);
-            // Behind skipped levels, the rest of an occluder in the last one's fade counts as before: this window
-            // is far narrower than its spot.
+            // Behind skipped levels, the rest of an occluder in the last fade counts as before: its spot is
+            // far wider than this window.
             since = select(since, max(since, fade_at(WIDEST * map.edge)), since.x > 0.0);
             let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
             evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
@@ -144,8 +156,8 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
             }
         }
     }
-    // If levels were skipped, the rest of an occluder in the last one's fade has a spot far wider than the
-    // map's texels: it counts as before.
+    // If levels were skipped, the rest of an occluder in the last fade has a spot far wider than the map's
+    // texels: it counts as before.
     since = select(since, max(since, vec2(fade_at(SHARP).x)), since.x > 0.0);
     let blocks = select(four, 0u, rest_next != NEVER);
     // The map's look-up decides which filters within the bias tint an opaque receiver.

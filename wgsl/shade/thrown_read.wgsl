@@ -5,10 +5,10 @@ import package::bind::sampled::opaques;
 import package::records::glass::{NEAR_SURFACE, caustic_light};
 import package::records::light::{GpuLight, shadow_view};
 
-// Share of a light at a point, of which its map lets `straight` through: where the point is on the opaque surface, with what
-// lands there, and without what was thrown elsewhere.
+// Share of a light at a point, of which its map passes `straight`: where the point is on the opaque surface,
+// with the light that lands there, and without light that was thrown elsewhere.
 fn with_thrown(light: GpuLight, point: vec3<f32>, straight: vec3<f32>) -> vec3<f32> {
-    // Before the texels, the first texel of each view, or 0.
+    // Before the texels stands the index of each view's first texel, or 0.
     let first = caustics[light.first_view].x;
     if light.view_count == 0u || first == 0u {
         return straight;
@@ -32,7 +32,7 @@ fn with_thrown(light: GpuLight, point: vec3<f32>, straight: vec3<f32>) -> vec3<f
             let depth = textureLoad(opaques, view.origin + pixel, view.layer, 0).r;
             let along = view.near + depth * (view.far - view.near);
             if abs(along + seen.z) <= NEAR_SURFACE * texel {
-                // Quadratic B-spline, as maps are read.
+                // Quadratic B-spline, as for maps.
                 let ends = select(1.0 - before - behind, before, aside < vec2(0.0));
                 let shares = select(ends, behind, aside > vec2(0.0));
                 let weight = shares.x * shares.y;

@@ -1,4 +1,4 @@
-// Depth of a receiver with respect to translucent casters. CPU reference: crates/gobo-reference/src/shading/receive.rs,
+// Depth of a receiver for translucent casters. CPU reference: crates/gobo-reference/src/shading/receive.rs,
 // `Plane`.
 
 import package::features::HAS_FAR_SIDES;
@@ -19,9 +19,9 @@ fn set_plane(view: GpuView, point: vec3<f32>, normal: vec3<f32>) {
     plane_normal = (view.view_from_world * vec4(normal, 0.0)).xyz;
 }
 
-// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the receiver,
-// which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets the ray, and
-// slightly beyond, so that a caster that touches it counts. For a leaf it is in front of that by the bias.
+// Light depth along the ray through `texel` (of the view's map) up to which translucent casters tint the
+// receiver at `z`. An opaque receiver cannot tint itself: its depth is where its plane meets the ray, and
+// slightly beyond, so that casters that touch it count. For a leaf it is less by the bias.
 fn tint_depth(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> f32 {
     let slope = (texel - view.size * 0.5) / view.scale;
     let perspective = view.perspective > 0.0;

@@ -1,4 +1,4 @@
-// Light through filters alone that meet an opaque receiver's plane within its bias.
+// Light past filters alone that meet an opaque receiver's plane within its bias.
 
 import package::bind::sampled::{filters, nearests};
 import package::curve::light::curve_light;
@@ -10,12 +10,12 @@ import package::shade::tint::TOUCH;
 
 // Least light to divide by.
 const MIN_LIGHT: f32 = 1e-4;
-// Of depths along a plane that faces the light, in steps of a curve's depths.
+// Rounding of depths along a plane that faces the light, in steps of a curve's depths.
 const PLANE_ROUNDING: f32 = 0.0625;
 
-// A filter that crosses the plane is behind a part of it. Of texels that see the plane nearer than the point is, and
-// of the others, those count that are darker: all of one side see the filter if it is before the point, and none of
-// the first if it is behind.
+// A filter that crosses the plane is behind a part of it. Texels where the plane is nearer than the point and
+// the others are averaged apart, and the darker mean counts: all texels of one side see a filter before the
+// point, and none of the nearer side see one behind it.
 fn touching_light(is_asked: bool) -> vec3<f32> {
     let own = receiver_end(spot_center, 0.0);
     let touch = spot_bias * (1.0 + TOUCH);

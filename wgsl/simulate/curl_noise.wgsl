@@ -1,9 +1,9 @@
-// Velocity of whirling air (curl noise). CPU reference: src/model/emitter.rs.
+// Velocity of turbulent air (curl noise). CPU reference: src/model/emitter.rs.
 
 import package::hit::hash::pcg;
 
-// Velocity of divergence-free whirls: the cross product of two noise gradients (DeWolf 2005), of magnitude
-// about 1.
+// Velocity of divergence-free turbulence: the cross product of two noise gradients (DeWolf 2005), of
+// magnitude about 1.
 fn curl_noise(at: vec3<f32>, seed: u32) -> vec3<f32> {
     return cross(noise_gradient(at, seed), noise_gradient(at, seed ^ 0x9e3779b9u)) * 0.875;
 }

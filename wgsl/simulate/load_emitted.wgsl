@@ -1,5 +1,5 @@
-// Particles of an emitter as casters, in the order of their numbers. One that has ended, or has no alpha, has
-// no radius: it is none (`may_be_none`). CPU reference: src/model/emission.rs.
+// Particles of an emitter as casters, in the order of their numbers. A particle that has ended, or has no
+// alpha, has no radius: it is no caster (`may_be_none`). CPU reference: src/model/emission.rs.
 
 import package::bind::read::emitted;
 import package::bind::uniform::emission_params;
@@ -8,7 +8,8 @@ import package::load::pack_caster::TURN;
 import package::records::emitter::STEP_SECONDS;
 import package::records::host::Caster;
 
-// Index among `count` values at even distances: the one before, the one behind, and the share of the latter.
+// Place among `count` values at even distances: index of the value before, of the value behind, and share of
+// the latter.
 struct Between {
     low: u32,
     high: u32,

@@ -1,4 +1,4 @@
-// simulate, particles: some time steps of an emitter's particles, each from the step on that it starts in. One
+// simulate, particles: some time steps of an emitter's particles, each from the step in which it starts. One
 // invocation per slot of the ring. CPU reference: src/model/emitter.rs. Rust: src/stage/simulate.rs.
 
 import package::bind::changed::emitted;
@@ -15,8 +15,7 @@ fn collided(velocity: vec3<f32>, out: vec3<f32>) -> vec3<f32> {
     return select(velocity, kept, into < 0.0);
 }
 
-// Way out of a box through the nearest side, the first of several; xyz is that side's normal, w its
-// distance.
+// Way out of a box through its nearest side (the first of equals): xyz is that side's normal, w its distance.
 fn way_out(position: vec3<f32>, low: vec3<f32>, high: vec3<f32>) -> vec4<f32> {
     var nearest = vec4(0.0, 0.0, 0.0, 1e30);
     for (var axis = 0u; axis < 3u; axis += 1u) {

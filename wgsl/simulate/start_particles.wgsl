@@ -1,4 +1,4 @@
-// simulate, start: particles that start in some time steps of an emitter. Particle n is put in slot n modulo
+// simulate, start: particles that start in some time steps of an emitter. Particle n goes to slot n modulo
 // `capacity`, whose former particle ends before n starts. One invocation per particle. CPU reference:
 // src/model/emitter.rs. Rust: src/stage/simulate.rs.
 
@@ -10,7 +10,7 @@ import package::records::emitter::{
 };
 import package::simulate::started_before::started_before;
 
-const TRIES: u32 = 8u; // of points in a cube for one in the ball
+const TRIES: u32 = 8u; // random points in a cube until one is in the ball
 
 fn draw(number: u32, index: u32) -> f32 {
     return unit_float(pcg(number ^ pcg(index ^ pcg(emitter_params.seed))));
@@ -53,7 +53,7 @@ fn gone(seconds: f32) -> vec3<f32> {
     return mix(before.yzw, behind.yzw, clamp(share, 0.0, 1.0));
 }
 
-// `index`: among those that start in the step.
+// `index`: among the particles that start in the step.
 fn started_particle(number: u32, index: u32) -> GpuEmitted {
     let seconds = emitter_params.first_birth + f32(index) * emitter_params.period;
     let position = emitter_params.position + gone(seconds) + aside(number) * emitter_params.extent;
@@ -71,7 +71,7 @@ fn start_particles(
 ) {
     let first = started_before(0u);
     let end = started_before(emitter_params.step_count);
-    // Of those that share a slot all but the last have ended when the steps have.
+    // All particles that share a slot, but the last, have ended by the end of the steps.
     let count = min(end - first, emitter_params.capacity);
     let index = id.y * workgroups.x * 64u + id.x;
     if index >= count {

@@ -1,4 +1,5 @@
-// Number of an emitter's particles that have started before one of the steps of a dispatch, or after the last.
+// Number of an emitter's particles that have started before one of the steps of a dispatch, or after the
+// last.
 
 import package::bind::uniform::emitter_params;
 

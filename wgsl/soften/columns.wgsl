@@ -1,4 +1,4 @@
-// soften, columns: the maps with a grey or coloured filter instead of holes.
+// soften, columns: the maps, with a grey or coloured filter in place of holes.
 
 import package::bind::sampled::{filters, nearests, opaques};
 import package::bind::stored::{soft_filters, soft_nearests, soft_opaques};

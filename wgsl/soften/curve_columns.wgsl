@@ -1,6 +1,6 @@
-// soften, curve columns: a texel's curve, multiplied by the visibility through dithered surfaces over a window: one ramp
-// more, which has a free node or joins the node with which that costs least. CPU reference:
-// crates/gobo-reference/src/curve/soften.rs. Rust: src/stage/soften.rs.
+// soften, curve columns: multiplies a texel's curve by the visibility through dithered surfaces over a
+// window: one more ramp, which takes a free node or joins the node with which joining costs least. CPU
+// reference: crates/gobo-reference/src/curve/soften.rs. Rust: src/stage/soften.rs.
 
 import package::bind::sampled::raw_curves;
 import package::bind::stored::curves;
@@ -39,7 +39,7 @@ fn middle_of(node: vec2<u32>) -> f32 {
     return node_start(node) + 0.5 * node_length(node);
 }
 
-// The ramp of two nodes, of the mean depth and the variance of what they take.
+// The ramp that joins two nodes, with the mean depth and the variance of the light they take.
 fn joined(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
     let lengths = vec2(node_length(a), node_length(b));
     let starts = vec2(node_start(a), node_start(b));
@@ -56,7 +56,7 @@ fn joined(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
     return packed_node(start, 2.0 * half, select(min(passed, vec3(1.0)), passed, grows()));
 }
 
-// The node that is replaced, and by what.
+// Index of the node that is replaced, and its replacement.
 struct Softened {
     index: u32,
     node: vec2<u32>,
@@ -93,7 +93,7 @@ fn soften_curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let run = column_run(view, vec2<i32>(view.size), texel);
     let at = view.origin + id.xy;
-    // Of the closest hole.
+    // The closest hole's texel.
     let source = select(at, vec2<u32>(run.hole), run.hole.x >= 0.0 && run.moments.x > 0.0);
     var changed = Softened(NODES, vec2(0u));
     if run.moments.x > 0.0 {

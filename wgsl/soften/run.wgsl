@@ -20,21 +20,21 @@ struct Run {
     blocked: vec3<f32>, // share of the window, per channel
     nearest: f32,       // nearest dithered depth of any channel, 1 for none
     hole: vec2<f32>,    // texel of the atlas with the closest hole of any channel, negative for none
-    distance: f32,      // of that hole [texels]
+    distance: f32,      // distance to that hole [texels]
     farthest: f32,      // farthest dithered depth, -1 for none
     moments: vec3<f32>, // share, times the depth, times its square; mean of the channels
 }
 
 const EMPTY_RUN: Run = Run(vec3(0.0), 1.0, vec2(-1.0), 1e6, -1.0, vec3(0.0));
 
-// First and last offset of a window, which also counts texels beyond the map's edge.
+// First and last offset of a window, including texels beyond the map's edge.
 fn window(before: i32, behind: i32) -> vec2<i32> {
     // Not by the uniform alone: lavapipe recompiles such a loop for every buffer.
     let radius = select(soften_params.radius, 0, before < 0);
     return vec2(-radius, radius);
 }
 
-// `off`: of the other run in a window of 2 radius texels, with half weights at its ends.
+// `off`: offset of the other run in a window of 2 radius texels, with half weights at its ends.
 fn add_run(sum: Run, other: Run, off: i32) -> Run {
     let whole = 0.5 / f32(soften_params.radius);
     let weight = select(whole, 0.5 * whole, abs(off) == soften_params.radius);
@@ -50,7 +50,8 @@ fn add_run(sum: Run, other: Run, off: i32) -> Run {
     );
 }
 
-// Opaque depths per channel. A surface that is not dithered has the same in all, behind the dithered ones.
+// Opaque depths per channel. A surface that is not dithered has the same depth in all, behind the dithered
+// ones.
 fn opaque_depths(view: GpuView, at: vec2<i32>) -> vec3<f32> {
     let depths = textureLoad(colored, at, view.layer, 0).rgb;
     return select(depths.rrr, depths, COLORED);
@@ -74,7 +75,8 @@ fn texel_run(view: GpuView, at: vec2<i32>) -> Run {
     );
 }
 
-// Whether a run of a row is one texel of `rows`, else two, and three with curves. Rust: `run_layers`.
+// Whether a run of a row takes one texel of `rows`; else it takes two, and with curves three. Rust:
+// `run_layers`.
 fn is_grey() -> bool {
     return !COLORED && NODES == 0u;
 }

@@ -3,7 +3,9 @@
 import package::bind::loaded::pairs;
 import package::bind::uniform::sort_pass;
 import package::sort::sort::texel_from_pair;
-import package::sort::wide::{ROUNDS, Share, TEAMS, WORKGROUP_SIZE, held, ranked, ranked_in, ranked_word, ranks};
+import package::sort::wide::{
+    ROUNDS, Share, TEAMS, WORKGROUP_SIZE, held, ranked, ranked_in, ranked_word, ranks,
+};
 
 const TEAM_SIZE: u32 = WORKGROUP_SIZE / TEAMS; // bits of a mask
 
@@ -15,7 +17,7 @@ fn share_of(lane: u32) -> Share {
     return Share(team, team * ROUNDS * TEAM_SIZE + lane % TEAM_SIZE, TEAM_SIZE);
 }
 
-// Ranks the pairs from `begin` up to `count` that the share has.
+// Ranks the share's pairs from `begin` up to `count`.
 fn rank_pairs(lane: u32, share: Share, begin: u32, count: u32) {
     let team = share.team;
     let bit = 1u << (lane % TEAM_SIZE);
@@ -25,7 +27,7 @@ fn rank_pairs(lane: u32, share: Share, begin: u32, count: u32) {
         let present = i < count;
         var digit = 0u;
         var earlier = 0u;
-        // Only its own lane changes a bit, so clearing the last one needs no barrier.
+        // Only the lane itself changes its bit, so clearing the last one needs no barrier.
         if before < TEAMS * 256u {
             atomicXor(&holders[before], bit);
             before = TEAMS * 256u;

@@ -1,6 +1,7 @@
-// Ranks by ballots: lanes of a subgroup that hold the same digit find each other by its bits, and the first of them
-// counts for all (Ashkiani et al. 2016, "GPU Multisplit"). A round needs no barrier. Unlike there, subgroups with fewer
-// lanes than a team take turns, so that counters of small ones fit into workgroup memory.
+// Ranks by ballots: lanes of a subgroup that hold the same digit find each other by its bits, and the first
+// of them counts for all (Ashkiani et al. 2016, "GPU Multisplit"). A round needs no barrier. Unlike the
+// paper: subgroups with fewer lanes than a team take turns, so that the counters of small subgroups fit into
+// workgroup memory.
 
 import package::bind::loaded::pairs;
 import package::bind::uniform::sort_pass;
@@ -18,7 +19,7 @@ fn share_of(lane: u32) -> Share {
     return Share(lane / max(TEAM_SIZE, size), lane / size * ROUNDS * size + lane % size, size);
 }
 
-// The lanes of `lanes` that hold the same digit.
+// Lanes among `lanes` that hold the same digit.
 fn same_digit(lanes: vec2<u32>, digit: u32) -> vec2<u32> {
     var same = lanes;
     for (var bit = 0u; bit < MAX_BITS; bit += 1u) {
@@ -40,7 +41,7 @@ fn lane_count(lanes: vec2<u32>) -> u32 {
     return countOneBits(lanes.x) + select(0u, countOneBits(lanes.y), WIDE);
 }
 
-// Ranks the pairs from `begin` up to `count` that the share has.
+// Ranks the share's pairs from `begin` up to `count`.
 fn rank_pairs(lane: u32, share: Share, begin: u32, count: u32) {
     // All subgroups of a workgroup have as many lanes.
     let size = agreed(lane, share.step);
@@ -64,6 +65,6 @@ fn rank_pairs(lane: u32, share: Share, begin: u32, count: u32) {
                 ranks[round] = earlier + lanes_before(lanes, own_lane);
             }
         }
-        workgroupBarrier(); // the team's counters are for the next
+        workgroupBarrier(); // the team's counters are for the next subgroup
     }
 }

@@ -2,7 +2,7 @@
 
 override WORKGROUP_SIZE: u32;
 override RUN_MIN: u32;    // pairs; below it a run's counters cost more than its pairs
-override RUN_USUAL: u32;  // pairs; beyond it longer runs bring nothing
+override RUN_USUAL: u32;  // pairs; longer runs gain nothing
 override RUN_TARGET: u32; // runs that keep the cores busy
 override RUN_LIMIT: u32;  // runs in a row of the histograms
 

@@ -1,8 +1,8 @@
-// Blocks: each workgroup owns one. A *team* is some consecutive invocations that count together, and its pairs are
-// consecutive; `choice::ranks` says which those of an invocation are.
+// Blocks: each workgroup owns one. A *team* is some consecutive invocations that count together, and its
+// pairs are consecutive; `choice::ranks` assigns them to invocations.
 
-// Whether each block sums up the counts of the others by itself, which pays where they are few. Their histograms are then
-// in rows of the digits.
+// Whether each block sums up the counts of the others by itself, which pays where they are few. Their
+// histograms are then in rows of the digits.
 override FEW_BLOCKS: bool = false;
 
 const WORKGROUP_SIZE: u32 = 256u;
@@ -10,19 +10,19 @@ const TEAMS: u32 = 8u;      // at most
 const ROUNDS: u32 = 16u;    // pairs per invocation
 const BLOCK: u32 = WORKGROUP_SIZE * ROUNDS; // [pairs]
 
-// What an invocation sorts of a block: the pair `first` and each `step` further.
+// Pairs of a block that an invocation sorts: the pair `first` and every `step`-th from it.
 struct Share {
     team: u32,
     first: u32,
     step: u32,
 }
 
-// Its pairs, and the number of pairs with the same digit in the team before each.
+// The invocation's pairs, and for each the number of pairs with the same digit before it in the team.
 var<private> held: array<vec2<u32>, ROUNDS>;
 var<private> ranks: array<u32, ROUNDS>;
 
-// Per team and digit, a team in each half word: pairs of the team, later of earlier teams. A block is
-// shorter than 2^16, so no half overflows.
+// Per team and digit, a team in each half word: the team's pairs, later those of earlier teams. A block has
+// fewer than 2^16 pairs, so no half overflows.
 var<workgroup> ranked: array<atomic<u32>, TEAMS / 2u * 256u>;
 
 // Texel of a block's count of a digit.

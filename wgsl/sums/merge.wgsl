@@ -6,8 +6,8 @@ import package::features::HAS_GAIN;
 import package::sums::sums::SATURATED;
 import choice::sums::{add_to_sums, load_sums};
 
-// Most that one of many invocations adds at a time: 1,024 workgroups of 256 do not wrap a sum that they all saw below
-// `SATURATED`. Rust: src/stage/accumulate.rs.
+// Largest addend of one of many invocations at a time: 1,024 workgroups of 256 do not wrap a sum that all of
+// them saw below `SATURATED`. Rust: src/stage/accumulate.rs.
 const LARGEST_STEP: u32 = 16380u;
 
 fn merge(texel: u32, tau: vec3<u32>) {
@@ -19,7 +19,8 @@ fn merge(texel: u32, tau: vec3<u32>) {
     }
 }
 
-// Like `merge`, of so many invocations at a time that what they add would wrap: in steps, each after a look at the sum.
+// Like `merge`, for so many invocations at a time that their addends would wrap the sum: in steps, each after
+// a look at the sum.
 fn merge_in_steps(texel: u32, tau: vec3<u32>) {
     if HAS_GAIN {
         add_to_sums(texel, tau);

@@ -1,4 +1,4 @@
-// Transfer of a segment to the light of one texel, for resolve to compose in order: L becomes L * scale +
+// Transfer of a segment to the light of one texel, which `resolve` composes in order: L becomes L * scale +
 // added. CPU reference: crates/gobo-reference/src/accumulate.rs, `Passed`.
 
 import package::features::HAS_GAIN;
@@ -15,7 +15,7 @@ struct Partial {
 
 const PARTIAL_TEXELS: u32 = 2u; // of `partials`; Rust: src/shadows/batch/scratch.rs
 
-// A half holds the range of `gain`, but only 11 bits.
+// A half has the range that `gain` needs, but only 11 bits.
 fn pack_pair(v: vec2<f32>) -> u32 {
     if HAS_GAIN {
         return pack2x16float(min(v, vec2(65504.0)));

@@ -47,7 +47,7 @@ fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
     let chance = spread(seed);
     var hit_tau = absorbed_tau(hit.absorbed);
     if HAS_OVER {
-        // Out of order: as if it were the only caster.
+        // Without order: as if it were the only caster.
         hit_tau = absorbed_tau(hit.absorbed - added_light(hit));
     }
     let tau = bitcast<vec3<u32>>(vec3<i32>(floor(hit_tau * FIXED_ONE + chance)));

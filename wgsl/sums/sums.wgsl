@@ -1,4 +1,5 @@
-// Light in fixed point: integer sums do not depend on the order. CPU reference: crates/gobo-reference/src/resolve.rs.
+// Light in fixed point: integer sums do not depend on the order. CPU reference:
+// crates/gobo-reference/src/resolve.rs.
 
 import package::features::HAS_GAIN;
 

@@ -1,4 +1,4 @@
-// Texels in a column of an invocation whose casters are all of one simple kind: eight, which share what a visit costs
-// beside its texels. For software adapters.
+// Texels in a column of an invocation whose casters are all of one simple kind: eight, which share the costs
+// of a visit that don't depend on the texel. For software adapters.
 
 const COLUMN_TEXELS: u32 = 8u;

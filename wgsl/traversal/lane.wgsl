@@ -1,6 +1,6 @@
 // Texels of a 16x16 tile that an invocation keeps in registers: some in a column. Eight consecutive
-// invocations hold 8 x ROWS texels, and the next eight those below: a subgroup is a compact block that culls casters
-// for itself, and its loads and stores are runs of a row.
+// invocations hold 8 x ROWS texels, and the next eight the texels below: a subgroup is a compact block that
+// culls casters for itself, and its loads and stores are runs of a row.
 
 import package::records::view::{GpuView, TILE_SIZE};
 import choice::accumulator::ROWS;

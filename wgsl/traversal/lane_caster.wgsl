@@ -19,12 +19,12 @@ fn lane_caster_of(id: u32, footprint: Footprint) -> LaneCaster {
     return LaneCaster(id, footprint);
 }
 
-// Whether it may touch texel centres in the box lo..hi.
+// Whether the caster may touch texel centres in the box lo..hi.
 fn touches(view: GpuView, caster: LaneCaster, lo: vec2<f32>, hi: vec2<f32>) -> bool {
     return touches_box(view, caster.footprint, lo, hi);
 }
 
-// Payload that the lane broadcasts; `front` bounds its depth from below.
+// Payload that the lane broadcasts; `front`: lower bound of the caster's depth.
 fn payload_of(view: GpuView, caster: LaneCaster, front: f32) -> Payload {
     return caster.id;
 }

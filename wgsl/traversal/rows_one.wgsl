@@ -1,5 +1,5 @@
-// Texels of an invocation: one, as registers are scarce on GPUs, and a subgroup with a small block of texels
-// visits fewer casters.
+// Texels of an invocation: one, because registers are scarce on GPUs, and fewer casters touch a subgroup's
+// small block of texels.
 
 const ROW_COUNT: u32 = 1u;
 

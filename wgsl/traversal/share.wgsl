@@ -1,4 +1,4 @@
-// Shares of a tile's texels, one for a workgroup at a time.
+// Shares of a tile's texels: a workgroup takes one at a time.
 
 import package::traversal::lane::lane_texel;
 import choice::accumulator::ROWS;

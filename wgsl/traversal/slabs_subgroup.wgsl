@@ -2,8 +2,8 @@
 // footprint and tests it against the subgroup's block of texels; all lanes visit those that touch it. CPU
 // reference: crates/gobo-reference/src/curve/tile.rs, `walk`.
 //
-// Drivers of software adapters take both sides of branches, but they leave loops, at their end only:
-// insertion into the curves is outside of the loop that visits, rare work has loops of its own, and loops
+// Drivers of software adapters take both sides of branches, but they leave loops, though only at their end:
+// so insertion into the curves is outside the loop that visits, rare work has loops of its own, and loops
 // test at their end whether to go on.
 
 import package::curve::behind::{find_steps, has_casters, open_behind, steps_behind};
@@ -49,7 +49,8 @@ fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
     if kinds_apart() {
         triangles = subgroupBallot(footprint.is_triangle).xy;
     }
-    // Made before the test, a payload would share terms with it, which changes the rounding of some drivers.
+    // Made before the test, a payload would share terms with the test, which changes the rounding of some
+    // drivers.
     return Stretch(payload_of(view, caster, key_depth(slab.key)), ballot.xy, triangles, count, key);
 }
 
@@ -57,7 +58,7 @@ fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
 struct Run {
     lanes: vec2<u32>,
     last: u32,    // lane visited last
-    forced: bool, // some hit must be inserted before the next
+    forced: bool, // some hit must be inserted before the next visit
 }
 
 fn is_next(stretch: Stretch, run: Run, is_triangle: bool) -> bool {
@@ -92,7 +93,8 @@ fn move_on(stretch: Stretch, count: u32, block: Block) -> bool {
     return count == stretch.count && count < block.size;
 }
 
-// Visits pairs up to the end of the slab, or up to a hit that must be inserted. Returns true at the end of the slab.
+// Visits pairs up to the end of the slab, or up to a hit that must be inserted. Returns true at the end of
+// the slab.
 fn visit_stretches(view: GpuView, end: u32, block: Block) -> bool {
     var whole = false;
     var run = Run(ALL_LANES, 0u, false);
@@ -126,11 +128,10 @@ fn visit_stretches(view: GpuView, end: u32, block: Block) -> bool {
     return whole;
 }
 
-// Visits all slabs. Merges are outside of the loop that inserts, as most insertions
-// need none.
+// Visits all slabs. Merges are outside the loop that inserts, because most insertions need none.
 fn visit_slabs(view: GpuView, end: u32, block: Block) {
     var whole = false;
-    var again = false;  // a volume's ramp ends where the next hit is
+    var again = false;  // a volume's ramp ends at the next hit
     var is_end = false; // of all slabs
     loop {
         var merges = false;
@@ -164,7 +165,7 @@ fn walk(view: GpuView, first: u32, end: u32) {
     base = first;
     slab = first_slab(first, end);
     find_steps(first, end);
-    var step = 0u; // behind all pairs
+    var step = 0u; // of the steps behind all pairs
     loop {
         visit_slabs(view, end, block);
         if step == steps_behind {

@@ -16,8 +16,8 @@ import choice::visit::{is_whole, visit};
 struct Run {
     pair: u32,    // next to visit
     key: u32,     // its key
-    open: bool,   // it may be within the slab
-    forced: bool, // hits must be inserted before it is visited
+    open: bool,   // whether it may be within the slab
+    forced: bool, // whether hits must be inserted before it is visited
 }
 
 // Visits pairs of a slab, up to the first of the other kind where kinds are apart.
@@ -43,14 +43,14 @@ fn visit_run(view: GpuView, slab: Slab, first: Run, end: u32, is_triangle: bool)
     return run;
 }
 
-// Visits all slabs. Merges are outside of the loop that inserts, as most insertions need none.
+// Visits all slabs. Merges are outside the loop that inserts, because most insertions need none.
 fn visit_slabs(view: GpuView, first: u32, end: u32) {
     // An empty tile has no pair, but the load needs a valid index.
     let some = max(end, 1u);
     var slab = first_slab(first, end);
     var base = first;
     var run = Run(base, 0u, base < end, false);
-    var again = false;  // a volume's ramp ends where the next hit is
+    var again = false;  // a volume's ramp ends at the next hit
     var is_end = false; // of all slabs
     loop {
         loop {
@@ -89,7 +89,7 @@ fn visit_slabs(view: GpuView, first: u32, end: u32) {
 fn walk(view: GpuView, first: u32, end: u32) {
     var base = first; // next pair
     find_steps(first, end);
-    var step = 0u; // behind all pairs
+    var step = 0u; // of the steps behind all pairs
     loop {
         visit_slabs(view, base, end);
         if step == steps_behind {

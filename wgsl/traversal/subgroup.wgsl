@@ -1,6 +1,6 @@
-// Walks a tile's pairs front to back, a subgroup at a time: every lane takes the caster of one footprint
-// and tests it against the subgroup's block of texels; all lanes visit those that touch it. The state says
-// in `settled` when to stop.
+// Walks a tile's pairs front to back, a subgroup at a time: every lane takes the caster of one footprint and
+// tests it against the subgroup's block of texels; all lanes visit those that touch it. The accumulator's
+// `settled` ends the walk.
 
 import package::features::HAS_PARTICLES;
 import package::records::footprint::{footprint_key, key_depth};
@@ -19,7 +19,7 @@ struct Stretch {
     payload: Payload,
     lanes: vec2<u32>,     // whose caster touches the block
     triangles: vec2<u32>, // whose caster is a triangle
-    front: f32,           // no pair behind them is nearer
+    front: f32,           // no later pair is nearer
 }
 
 fn fetch(view: GpuView, base: u32, end: u32, block: Block, front: f32) -> Stretch {
@@ -50,7 +50,7 @@ fn is_next(stretch: Stretch, is_triangle: bool) -> bool {
     return has_lanes(stretch.lanes);
 }
 
-// Visits casters, up to the first of the other kind where kinds are apart. Returns the lanes that are left.
+// Visits casters, up to the first of the other kind where kinds are apart. Returns the remaining lanes.
 fn visit_run(view: GpuView, first: Stretch, is_triangle: bool) -> vec2<u32> {
     var stretch = first;
     loop {

@@ -8,7 +8,7 @@ const ALL_LANES: vec2<u32> = vec2(0xffffffffu);
 struct Block {
     lane: u32,     // of the invocation
     size: u32,     // lanes
-    // Its first texel, and the first of the last lane's. As integers, which GPUs keep once for all lanes.
+    // First texel of the block, and of its last lane. As integers, which GPUs keep once for all lanes.
     first: vec2<u32>,
     last: vec2<u32>,
 }
@@ -22,7 +22,7 @@ fn block_high(block: Block) -> vec2<f32> {
     return vec2<f32>(block.last) + vec2(0.5, f32(ROWS) - 0.5);
 }
 
-// An index that all lanes have, where compilers do not know that.
+// An index that all lanes share, in a form that compilers recognise.
 fn shared_index(index: u32) -> u32 {
     return subgroupBroadcastFirst(index);
 }

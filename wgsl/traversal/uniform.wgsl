@@ -1,5 +1,5 @@
 // Walks a tile's pairs front to back; every invocation visits every pair. The core tier, without subgroups.
-// The state defines `visit`, and when to stop in `settled`.
+// The accumulator's `settled` ends the walk.
 
 import package::features::HAS_PARTICLES;
 import package::records::footprint::front_depth;
@@ -11,7 +11,7 @@ import choice::pairs::pair_footprint;
 
 struct Run {
     pair: u32,  // next to visit
-    open: bool, // there is one, and it can change something
+    open: bool, // whether there is one, and it can change something
 }
 
 // Visits pairs, up to the first of the other kind where kinds are apart.

@@ -1,4 +1,5 @@
-// A ring of powder of this program's own, in two lights: particles.ppm, the maps as raw floats, and the scene for `gobo`.
+// A ring of powder made by this program, in two lights: particles.ppm, the maps as raw floats, and the scene
+// for `gobo`.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -20,7 +21,7 @@ static void write(const std::string &path, const void *bytes, size_t count, cons
     std::exit(1);
 }
 
-// What is not made here is said as in a scene file.
+// The rest of the scene, as in a scene file.
 static const std::string scene_text = R"(
 [camera]
 eye = [0, 3.2, 4.2]

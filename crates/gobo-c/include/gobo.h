@@ -1,13 +1,13 @@
 /*
  * gobo from C and C++: coloured translucent shadows.
  *
- * World space is right-handed with y up, in metres; colours are linear. Functions return GOBO_OK or a code, and
- * gobo_message() then says what is wrong and what to do. Objects are freed by the function that names them, and NULL is
- * freed without effect. An object is used by one thread at a time, which may change between calls.
+ * World space is right-handed with y up, in metres; colours are linear. Functions return GOBO_OK or a code,
+ * with the problem and the remedy in gobo_message(). Objects are freed by the function that names them, and
+ * NULL is freed without effect. An object is used by one thread at a time, which may change between calls.
  *
- * The caller promises: pointers are NULL or valid for the whole call; arrays have the lengths that are stated, in floats
- * or elements; texts end with a zero; objects are those that a function here returned, and not yet freed. What may be NULL
- * says so; other NULLs are GOBO_INPUT.
+ * The caller promises: pointers are NULL or valid for the whole call; arrays have the stated lengths, in
+ * floats or elements; texts end with a zero; objects were returned by a function here, and are not yet freed.
+ * NULL is allowed only where stated, and is GOBO_INPUT elsewhere.
  */
 #ifndef GOBO_H
 #define GOBO_H
@@ -25,7 +25,7 @@ extern "C" {
 #define GOBO_SCENE 2  /* a file, or a scene's text: the message has the line, the column and the remedy */
 #define GOBO_DEVICE 3 /* no adapter, or one that refuses */
 #define GOBO_MEMORY 4
-#define GOBO_BUG 5 /* of gobo: free what the call used, and report the message */
+#define GOBO_BUG 5 /* of gobo: free the objects that the call used, and report the message */
 
 /* Interfaces of gobo_renderer_open. */
 #define GOBO_AUTO 0
@@ -33,14 +33,14 @@ extern "C" {
 #define GOBO_METAL 2
 #define GOBO_DX12 3
 #define GOBO_GL 4
-#define GOBO_CPU 5 /* no adapter: slow, and everywhere the same */
+#define GOBO_CPU 5 /* no adapter: slow, and the same on all machines */
 
 /* Kinds of lights. */
 #define GOBO_DIRECTIONAL 0
 #define GOBO_SPOT 1
 #define GOBO_POINT 2
 
-/* What gobo_render renders: both can be added. */
+/* Outputs of gobo_render; they can be added. */
 #define GOBO_PICTURE 1
 #define GOBO_MAPS 2
 
@@ -48,7 +48,7 @@ typedef struct gobo_scene gobo_scene;
 typedef struct gobo_renderer gobo_renderer;
 typedef struct gobo_frame gobo_frame;
 
-/* Numbers of a light; gobo_light_default() has those that a scene file leaves out. */
+/* Numbers of a light; gobo_light_default() has the defaults of a scene file. */
 typedef struct gobo_light {
     uint32_t kind;
     float position[3];  /* of spots and points [m] */
@@ -67,14 +67,14 @@ typedef struct gobo_camera {
     uint32_t size[2]; /* width and height [pixels] */
 } gobo_camera;
 
-/* A picture, rows from the top. It is the frame's. */
+/* A picture, rows from the top, owned by the frame. */
 typedef struct gobo_picture {
     uint32_t size[2];    /* width and height [pixels] */
     const uint8_t *srgb; /* height x width x 3 */
     const float *light;  /* height x width x 3, linear, before exposure and tone curve */
 } gobo_picture;
 
-/* The maps of one view of a light, texels row by row. They are the frame's. Depths go from 0, near, to 1, far. */
+/* The maps of one view of a light, row by row, owned by the frame. Depths go from 0, near, to 1, far. */
 typedef struct gobo_map {
     uint32_t light;    /* index of the light */
     const char *view;  /* name of the view, unique among the light's */
@@ -82,34 +82,34 @@ typedef struct gobo_map {
     uint32_t nodes;    /* of a texel's curve: 0 without curves */
     float near_plane;  /* [m] */
     float far_plane;   /* [m] */
-    const float *filter;  /* height x width x 3: what translucent casters let through */
-    const float *nearest; /* height x width: depth of the nearest translucent caster, 1 where there is none */
-    const float *opaque;  /* height x width: depth of the nearest opaque surface, 1 where there is none */
+    const float *filter;  /* height x width x 3: transmittance of translucent casters */
+    const float *nearest; /* height x width: depth of the nearest translucent caster, 1 without one */
+    const float *opaque;  /* height x width: depth of the nearest opaque surface, 1 without one */
     const float *colored; /* height x width x 3: opaque depths by channel, with coloured dithering; else NULL */
-    const float *curve;   /* height x width x nodes x 5: start, end, and the light behind; unused nodes start at 2; or NULL */
+    const float *curve;   /* height x width x nodes x 5: start (2: unused), end, light behind; or NULL */
     double clip_from_world[16]; /* columns of the matrix */
     double view_from_world[16]; /* columns of the matrix */
 } gobo_map;
 
-/* "0.2.0": the library's. */
+/* Version of the library: "0.2.0". */
 const char *gobo_version(void);
-/* Why the last call of this thread failed; "" if none has. Valid until the next call that fails. */
+/* Problem and remedy of this thread's last failed call; "" without one. Valid until the next failure. */
 const char *gobo_message(void);
 
-/* A scene from the text of a scene file (docs/scene.md). `path`: what the file would be, by which others that it names are
- * found; NULL: here. */
+/* A scene from the text of a scene file (docs/scene.md). `path`: name of that file; files that the text names
+ * are in its folder; NULL: in the working folder. */
 int gobo_scene_from_text(const char *text, const char *path, gobo_scene **scene);
 /* A scene from any file that the program reads. */
 int gobo_scene_load(const char *path, gobo_scene **scene);
 void gobo_scene_free(gobo_scene *scene);
 
-/* Sets a scene that moves to a time from its start [s]. */
+/* Sets the time of an animated scene, from its start [s]. */
 int gobo_scene_set_time(gobo_scene *scene, double seconds);
 int gobo_scene_set_camera(gobo_scene *scene, const gobo_camera *camera);
 
-/* Adds particles. `centers`: count x 3 [m]; `radii`: count [m]; `colors`: count x 4, linear rgb and opacity, NULL: white;
- * `material`: name of one of the scene. `left_out`: receives how many cannot be used, NULL: one that cannot is an error, and
- * none is added. */
+/* Adds particles. `centers`: count x 3 [m]; `radii`: count [m]; `colors`: count x 4, linear rgb and opacity,
+ * NULL: white; `material`: name of one of the scene's. `left_out`: receives the number of invalid particles;
+ * with NULL an invalid particle is an error, and none is added. */
 int gobo_scene_add_particles(gobo_scene *scene, size_t count, const float *centers, const float *radii,
                              const float *colors, const char *material, size_t *left_out);
 /* Adds triangles. `corners`: count x 3 x 3 [m]; as above. */
@@ -126,17 +126,18 @@ size_t gobo_scene_light_count(const gobo_scene *scene);
 int gobo_renderer_open(uint32_t backend, const char *name, gobo_renderer **renderer);
 void gobo_renderer_free(gobo_renderer *renderer);
 
-/* Renders a scene: `what` is GOBO_PICTURE, GOBO_MAPS, or both. Maps are those that `gobo render --maps` writes, bit for bit. */
+/* Renders a scene: `what` is GOBO_PICTURE, GOBO_MAPS, or both. The maps equal those of `gobo render --maps`,
+ * bit for bit. */
 int gobo_render(gobo_renderer *renderer, const gobo_scene *scene, uint32_t what, gobo_frame **frame);
 void gobo_frame_free(gobo_frame *frame);
 /* The picture; GOBO_INPUT if it was not rendered. */
 int gobo_frame_picture(const gobo_frame *frame, gobo_picture *picture);
-/* Number of views that have maps; 0 for NULL. */
+/* Number of views with maps; 0 for NULL. */
 size_t gobo_frame_map_count(const gobo_frame *frame);
 int gobo_frame_map(const gobo_frame *frame, size_t index, gobo_map *map);
 
-/* Looks up the share of each light that reaches points. `positions`: count x 3 [m]; `normals`: count x 3, NULL: none;
- * `shares`: receives count x lights x 3, 1 where nothing is between. */
+/* Looks up the share of each light that reaches points. `positions`: count x 3 [m]; `normals`: count x 3,
+ * NULL: none; `shares`: receives count x lights x 3, 1 where nothing is between. */
 int gobo_light_points(gobo_renderer *renderer, const gobo_scene *scene, size_t count, const float *positions,
                       const float *normals, float *shares);
 

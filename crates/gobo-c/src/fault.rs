@@ -1,4 +1,4 @@
-//! Errors as codes with a message, and what callers pass.
+//! Errors as codes with a message, and checks of the callers' arguments.
 use gobo::Error;
 use gobo_scene::SceneError;
 use std::{
@@ -26,7 +26,7 @@ thread_local! {
 }
 
 impl Fault {
-    /// Of an argument: the problem and the remedy.
+    /// Error of an argument: the problem and the remedy.
     pub(crate) fn input(message: impl Into<String>) -> Self {
         Self { code: INPUT, message: message.into() }
     }
@@ -60,9 +60,9 @@ impl From<Error> for Fault {
     }
 }
 
-/// Runs what a function does, and turns what goes wrong into a code and a message.
+/// Runs a function's work, and turns errors and panics into a code and a message.
 pub(crate) fn code(work: impl FnOnce() -> Result<(), Fault>) -> c_int {
-    // What the work was changing is the caller's, who is told to free it.
+    // The object that the work was changing is the caller's, who is told to free it.
     let done = catch_unwind(AssertUnwindSafe(work));
     let fault = match done {
         Ok(Ok(())) => return OK,
@@ -84,7 +84,7 @@ pub(crate) extern "C" fn gobo_message() -> *const c_char {
     MESSAGE.try_with(|message| message.borrow().as_ptr()).unwrap_or(c"".as_ptr())
 }
 
-/// The object of a pointer.
+/// The object behind a pointer.
 ///
 /// # Safety
 /// It is NULL, or valid for reads for as long as the result is used, and nothing writes to it.
@@ -93,7 +93,7 @@ pub(crate) unsafe fn object<'a, T>(pointer: *const T, name: &str) -> Result<&'a 
     unsafe { pointer.as_ref() }.ok_or_else(|| null(name))
 }
 
-/// The object of a pointer, to change.
+/// The object behind a pointer, mutable.
 ///
 /// # Safety
 /// It is NULL, or valid for as long as the result is used, and nothing else reads or writes it.
@@ -105,7 +105,8 @@ pub(crate) unsafe fn object_mut<'a, T>(pointer: *mut T, name: &str) -> Result<&'
 /// An array of `count` elements.
 ///
 /// # Safety
-/// It is NULL, or valid for reads of so many for as long as the result is used, and nothing writes to it.
+/// It is NULL, or valid for reads of `count` elements for as long as the result is used, and nothing writes
+/// to it.
 pub(crate) unsafe fn array<'a, T>(
     pointer: *const T,
     count: usize,
@@ -116,10 +117,11 @@ pub(crate) unsafe fn array<'a, T>(
     Ok(if count == 0 { &[] } else { unsafe { std::slice::from_raw_parts(pointer, count) } })
 }
 
-/// An array of `count` elements, to write.
+/// A mutable array of `count` elements.
 ///
 /// # Safety
-/// It is NULL, or valid for writes of so many, which are initialised, for as long as the result is used; nothing else uses it.
+/// It is NULL, or valid for writes of `count` initialised elements for as long as the result is used; nothing
+/// else uses it.
 pub(crate) unsafe fn array_mut<'a, T>(
     pointer: *mut T,
     count: usize,
@@ -149,10 +151,10 @@ fn null(name: &str) -> Fault {
     Fault::input(format!("{name} is NULL"))
 }
 
-/// A text; `None` of NULL.
+/// A text; `None` for NULL.
 ///
 /// # Safety
-/// It is NULL, or ends with a zero and stays as it is for as long as the result is used.
+/// It is NULL, or ends with a zero and is unchanged for as long as the result is used.
 pub(crate) unsafe fn text<'a>(
     pointer: *const c_char,
     name: &str,
@@ -165,10 +167,10 @@ pub(crate) unsafe fn text<'a>(
     bytes.to_str().map(Some).map_err(|_| Fault::input(format!("{name} is not UTF-8")))
 }
 
-/// A text that must be there.
+/// A required text.
 ///
 /// # Safety
-/// As of [`text`].
+/// As for [`text`].
 pub(crate) unsafe fn needed_text<'a>(pointer: *const c_char, name: &str) -> Result<&'a str, Fault> {
     // SAFETY: the caller's promise.
     unsafe { text(pointer, name) }?.ok_or_else(|| null(name))
@@ -186,7 +188,7 @@ pub(crate) unsafe fn give<T>(
     if out.is_null() {
         return Err(null(name));
     }
-    // SAFETY: not NULL; the rest is the caller's promise. It holds no object while there is none.
+    // SAFETY: not NULL; the rest is the caller's promise. It holds NULL until there is an object.
     unsafe { out.write(std::ptr::null_mut()) };
     let object = Box::into_raw(Box::new(made()?));
     // SAFETY: as above.
@@ -200,7 +202,7 @@ pub(crate) unsafe fn give<T>(
 /// It is NULL, or was given and not yet freed.
 pub(crate) unsafe fn free<T>(pointer: *mut T) {
     if !pointer.is_null() {
-        // SAFETY: the caller's promise: it is a box's.
+        // SAFETY: the caller's promise: the pointer is a box's.
         let object = unsafe { Box::from_raw(pointer) };
         // A panic must not reach the caller.
         let _ = catch_unwind(AssertUnwindSafe(|| drop(object)));

@@ -1,4 +1,4 @@
-//! What was rendered, as callers see it.
+//! Rendered frames in the callers' format.
 use crate::fault::{Fault, code, free, object};
 use gobo::{
     Scene,
@@ -13,7 +13,7 @@ use std::{
 
 /// Numbers of a node: start, end, red, green, blue.
 const FIELDS: usize = 5;
-/// Start of an unused node: behind the far plane.
+/// Start of an unused node: beyond the far plane.
 const UNUSED: f32 = 2.0;
 
 /// `gobo_picture` of the header.
@@ -44,7 +44,7 @@ pub(crate) struct CMap {
     pub(crate) view_from_world: [f64; 16],
 }
 
-/// A frame as callers hold it.
+/// A frame behind the callers' pointer.
 #[derive(Debug)]
 pub(crate) struct HeldFrame {
     picture: Option<Picture>,
@@ -79,7 +79,8 @@ impl HeldFrame {
     }
 }
 
-/// Nodes of all texels, as `gobo render --maps` writes them: used ones first, unused ones with the light behind the last.
+/// Nodes of all texels, as `gobo render --maps` writes them: used ones first; unused ones have the light
+/// behind the last used one.
 fn unpacked(curve: &CurveMap) -> Vec<[f32; FIELDS]> {
     let mut nodes = Vec::with_capacity(curve.packed.len());
     for texel in 0..curve.texel_count() {

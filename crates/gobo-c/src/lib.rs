@@ -1,4 +1,4 @@
-//! gobo from C: `include/gobo.h` is its documentation, and what callers promise.
+//! gobo from C: `include/gobo.h` is its documentation, and states the callers' promises.
 //!
 //! Every function returns to its caller, whatever happens: panics become `GOBO_BUG`.
 mod fault;

@@ -9,13 +9,13 @@ use gobo_cli::Needs;
 use gobo_picture::{RenderOptions, Renderer};
 use std::ffi::{c_char, c_int};
 
-/// Bits of what is rendered.
+/// Bits of the rendered outputs.
 const PICTURE: u32 = 1;
 const MAPS: u32 = 2;
 /// Farthest coordinate of a point [m].
 const FARTHEST: f32 = 1e7;
 
-/// A renderer as callers hold it.
+/// A renderer behind the callers' pointer.
 #[derive(Debug)]
 pub(crate) struct HeldRenderer(Renderer);
 
@@ -78,7 +78,7 @@ pub(crate) unsafe extern "C" fn gobo_render(
         }
         let (picture, maps) = (what & PICTURE > 0, what & MAPS > 0);
         by.check(Needs { picture, maps, ..Needs::default() }, &held.scene)?;
-        // A picture beside maps is made of them.
+        // A picture beside maps is made from them.
         let own = (maps && held.scene.shadow.detail).then(|| {
             let mut scene = held.scene.clone();
             scene.shadow.detail = false;
@@ -132,7 +132,7 @@ pub(crate) unsafe extern "C" fn gobo_light_points(
             let position = Vec3::from(position);
             let normal = normals.map_or(Vec3::ZERO, |normals| normals[row].into());
             let is_near = position.is_finite() && position.abs().max_element() <= FARTHEST;
-            // A normal of length zero is none.
+            // A normal of length zero counts as none.
             let unit = if normal == Vec3::ZERO { Some(normal) } else { normal.try_normalize() };
             let (true, Some(normal)) = (is_near, unit) else {
                 let message = format!(

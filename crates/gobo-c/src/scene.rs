@@ -15,11 +15,11 @@ use std::{
 /// Farthest coordinate of a scene [m].
 const FARTHEST: f32 = 1e7;
 
-/// A scene as callers hold it.
+/// A scene behind the callers' pointer.
 #[derive(Debug)]
 pub(crate) struct HeldScene {
     pub(crate) scene: Scene,
-    /// Id of the next caster: only patterns depend on it.
+    /// Id of the next caster: only dither patterns depend on it.
     next_id: u32,
 }
 
@@ -126,7 +126,8 @@ pub(crate) unsafe extern "C" fn gobo_scene_set_camera(
         let is_cone = given.fov_y > 0.0 && given.fov_y < std::f32::consts::PI;
         let has_pixels = size.min_element() > 0 && size.max_element() <= 16_384;
         if !(is_near(eye) && is_near(target) && up.is_finite() && looks && is_cone && has_pixels) {
-            let message = "the camera's numbers must be finite and within 1e7 m; it must look somewhere, not along up, \
+            let message = "the camera's numbers must be finite and within 1e7 m; it must look \
+                           somewhere, not along up, \
                            with a field of view between 0 and pi and 1 to 16384 pixels a side";
             return Err(Fault::input(message));
         }
@@ -155,8 +156,8 @@ impl HeldScene {
         Err(Fault::input(format!("{all} {}, but a scene has at most {most}", limit.noun())))
     }
 
-    /// Adds those of `count` that can be used, of which `make` makes each from its number and its id. `has_count`: whether
-    /// the caller counts the rest, which is returned.
+    /// Adds the valid ones of `count`; `make` makes each from its number and its id. Returns the number of
+    /// invalid ones; `has_count`: whether the caller accepts any.
     fn add<T>(
         &mut self,
         count: usize,

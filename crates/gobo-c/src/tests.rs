@@ -1,4 +1,4 @@
-//! What C sees is what Rust has, and wrong calls are codes.
+//! C sees the same values as Rust, and wrong calls return codes.
 use crate::{
     fault::gobo_message,
     frame::{
@@ -47,7 +47,7 @@ fn message() -> String {
     unsafe { CStr::from_ptr(gobo_message()) }.to_str().unwrap().to_owned()
 }
 
-/// The header as a C++ compiler reads it, beside the structs of this crate.
+/// A C++ compiler lays out the header's structs like this crate's.
 #[test]
 fn the_header_has_the_layout_of_the_structs() {
     let mut source = "#include <cstdio>\n#include \"gobo.h\"\nint main() {\n".to_owned();
@@ -90,7 +90,7 @@ fn the_header_has_the_layout_of_the_structs() {
     assert_eq!(String::from_utf8(found).unwrap(), expected);
 }
 
-/// Every function of the header is here, and every function here is in the header.
+/// The header and this crate have the same functions.
 #[test]
 fn the_header_names_every_function() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -118,10 +118,10 @@ fn the_header_names_every_function() {
     assert_eq!(words(&code), exported);
 }
 
-/// A pane above the ground: a quarter of green passes; the picture and the maps are of the stated sizes.
+/// A pane above the ground lets a quarter of green pass; the picture and the maps have the stated sizes.
 #[test]
 fn a_scene_of_arrays_is_rendered() {
-    // SAFETY: pointers are of objects that live, and arrays have the stated lengths.
+    // SAFETY: pointers are of living objects, and arrays have the stated lengths.
     unsafe {
         let (mut scene, mut renderer, mut frame) = (null_mut(), null_mut(), null_mut());
         assert_eq!(gobo_scene_from_text(SCENE.as_ptr(), null(), &mut scene), 0, "{}", message());
@@ -177,7 +177,7 @@ fn a_scene_of_arrays_is_rendered() {
 
 #[test]
 fn wrong_calls_are_codes_with_messages() {
-    // SAFETY: pointers are NULL or of objects that live.
+    // SAFETY: pointers are NULL or of living objects.
     unsafe {
         let (mut scene, mut frame) = (null_mut(), null_mut());
         let broken = c"[camera]\nsize = \"large\"\n";

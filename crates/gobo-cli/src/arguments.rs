@@ -91,7 +91,7 @@ pub(crate) enum Command {
     },
 }
 
-// A scene at a time: a comment for the help would replace that of the command.
+// A scene at a time: a doc comment would replace the command's help.
 #[derive(Debug, Args)]
 pub(crate) struct MomentArguments {
     /// The time, as that of a frame
@@ -141,8 +141,8 @@ pub(crate) struct RenderArguments {
     /// Write the linear light too, before exposure and tone curve, as `OpenEXR`
     #[arg(long)]
     pub(crate) exr: bool,
-    /// Write layers of the same file for compositors, too: what each light adds, its shadows, albedo, normal, depth, motion
-    /// and numbers of objects and materials
+    /// Write layers of the same file for compositors, too: what each light adds, its shadows, albedo, normal,
+    /// depth, motion and numbers of objects and materials
     #[arg(long, requires = "exr")]
     pub(crate) layers: bool,
     /// A model or particle file by itself gets no floor
@@ -268,7 +268,7 @@ pub(crate) struct RelightArguments {
 }
 
 impl Command {
-    /// Whether it asks drivers for adapters.
+    /// Whether the command opens a device.
     pub(crate) fn opens_a_device(&self) -> bool {
         match self {
             Self::Render(_)

@@ -1,4 +1,4 @@
-//! Claims: of all processes that share a folder one at a time writes the files of a name.
+//! Claims: of all processes that share a folder, only one at a time writes the files of a name.
 use super::{failure::Failure, stop};
 use same_file::Handle;
 use std::{
@@ -33,7 +33,7 @@ enum Lock {
 }
 
 impl Claim {
-    /// Whether the claim's file is there, held or not.
+    /// Whether the claim's file exists, held or not.
     pub(super) fn is_left(dir: &Path, name: &str) -> bool {
         path(dir, name).exists()
     }
@@ -48,11 +48,11 @@ impl Claim {
         }
     }
 
-    /// Removes temporary files that killed holders of this claim left.
+    /// Removes temporary files that killed holders of this claim left behind.
     pub(super) fn sweep(&self, strays: impl IntoIterator<Item = PathBuf>) {
         if matches!(self.lock, Lock::Held { .. }) {
             for stray in strays {
-                // What cannot be removed is no error of this run.
+                // A file that cannot be removed is no error of this run.
                 let _ = fs::remove_file(stray);
             }
         }
@@ -74,7 +74,7 @@ impl Lock {
                 }
             }
             let held = Handle::from_file(file)?;
-            // Otherwise its last holder has removed it after this process opened it.
+            // Otherwise its last holder removed it after this process opened it.
             if Handle::from_path(path).is_ok_and(|named| named == held) {
                 return Ok(Self::Held { _file: held });
             }
@@ -87,7 +87,7 @@ fn path(dir: &Path, name: &str) -> PathBuf {
 }
 
 impl Drop for Claim {
-    /// While it is held: who opens the file afterwards makes a new one.
+    /// Removes the file while the lock is held: a process that opens it later makes a new one.
     fn drop(&mut self) {
         let _ = fs::remove_file(&self.path);
     }

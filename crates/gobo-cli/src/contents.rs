@@ -1,4 +1,4 @@
-//! `gobo info --formats` and `gobo info FILE`: what is read, and what is in a file.
+//! `gobo info --formats` and `gobo info FILE`: the formats that are read, and the contents of a file.
 use super::{failure::Failure, files};
 use gobo_scene as scene;
 use gobo_scene::{FORMATS, Format, Summary};
@@ -8,15 +8,15 @@ use std::{fmt::Write as _, path::Path};
 #[derive(Serialize)]
 struct Contents<'a> {
     format: Option<&'a Format>,
-    /// What the file's head says.
+    /// Facts from the file's head.
     facts: Vec<(&'static str, String)>,
-    /// What is made of it as a scene.
+    /// Summary of the file as a scene.
     summary: Option<Summary>,
-    /// What of it is ignored, and what was chosen.
+    /// Ignored parts, and choices made.
     notes: Vec<String>,
 }
 
-/// Lists the kinds of files that are read.
+/// Lists the formats that are read.
 pub(super) fn formats(json: bool) -> Result<(), Failure> {
     if json {
         return files::print(&serde_json::to_string_pretty(FORMATS).expect("plain data is JSON"));
@@ -24,7 +24,7 @@ pub(super) fn formats(json: bool) -> Result<(), Failure> {
     let rows: Vec<[String; 5]> = FORMATS
         .iter()
         .map(|format| {
-            // Some are whole names.
+            // Some endings are whole names.
             let ending = |ending: &&str| {
                 if ending.ends_with("json") { (*ending).to_owned() } else { format!(".{ending}") }
             };
@@ -50,7 +50,7 @@ pub(super) fn formats(json: bool) -> Result<(), Failure> {
     files::print(text.trim_end())
 }
 
-/// Says what is in a file: what its head says, and what is made of it.
+/// Prints the contents of a file: the facts from its head, and its summary as a scene.
 pub(super) fn file(path: &Path, json: bool) -> Result<(), Failure> {
     let format = scene::format_of(path);
     let is_scene = format.is_none_or(|format| format.family.is_alone());

@@ -25,7 +25,7 @@ struct Manifest {
     gobo: &'static str,
     language: &'static str,
     kernels: Vec<KernelEntry>,
-    /// Light look-ups for shaders of the host.
+    /// Light look-ups for the host's shaders.
     look_ups: Vec<LookUp>,
 }
 
@@ -34,7 +34,7 @@ struct KernelEntry {
     /// Unique id.
     id: String,
     name: &'static str,
-    /// `core`, `subgroups` or `native`: a device takes of each name the variant of its highest tier.
+    /// `core`, `subgroups` or `native`: a device takes the variant of its highest tier of each name.
     tier: &'static str,
     #[serde(flatten)]
     outcome: Outcome,
@@ -72,13 +72,13 @@ pub(super) struct BindingEntry {
     slot: Option<u8>,
     name: &'static str,
     #[serde(flatten)]
-    kind: Kind,
+    kind: BoundKind,
 }
 
-/// WebGPU's names.
+/// Kinds by WebGPU's names.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-enum Kind {
+enum BoundKind {
     /// `size` of the struct [bytes].
     Uniform {
         size: u64,
@@ -141,7 +141,7 @@ pub(crate) fn run(
     let look_ups = look_up::write(target, out)?;
     let (gobo, language) = (env!("CARGO_PKG_VERSION"), target.version());
     let manifest = Manifest { gobo, language, kernels, look_ups };
-    // The manifest is last: all files that it names exist.
+    // The manifest is written last, so all files that it names exist.
     write_json(&out.join("manifest.json"), &manifest)
 }
 
@@ -203,24 +203,24 @@ pub(super) fn binding_entry(
 ) -> BindingEntry {
     let size = || kernel.sizes.get(&binding.number).copied().unwrap_or_default();
     let kind = match binding.kind {
-        BindingKind::Uniform => Kind::Uniform { size: size() },
+        BindingKind::Uniform => BoundKind::Uniform { size: size() },
         BindingKind::Storage { access } => {
-            Kind::Storage { access: access_word(access), element_size: size() }
+            BoundKind::Storage { access: access_word(access), element_size: size() }
         }
-        BindingKind::StorageTexture { access, format, dimension } => Kind::StorageTexture {
+        BindingKind::StorageTexture { access, format, dimension } => BoundKind::StorageTexture {
             access: access_word(access),
             format: format_name(format),
             dimension: dimension_word(dimension),
         },
         BindingKind::Texture { sample, dimension } => {
-            Kind::Texture { sample: sample_word(sample), dimension: dimension_word(dimension) }
+            BoundKind::Texture { sample: sample_word(sample), dimension: dimension_word(dimension) }
         }
     };
     let slot = slots.get(&binding.number).copied();
     BindingEntry { group: 0, binding: binding.number, slot, name: binding.name, kind }
 }
 
-/// WebGPU's name of a format of ours, such as `rgba8unorm-srgb`.
+/// WebGPU's name of a format, such as `rgba8unorm-srgb`.
 pub(super) fn format_name(format: TextureFormat) -> String {
     let name = format!("{format:?}").to_lowercase();
     name.strip_suffix("srgb").map_or(name.clone(), |linear| format!("{linear}-srgb"))
@@ -260,7 +260,7 @@ fn sample_word(sample: TextureSampleType) -> &'static str {
 mod tests {
     use super::*;
 
-    /// By the list of the WebGPU specification, section 6.3.
+    /// The names in the list of the WebGPU specification, section 6.3.
     #[test]
     fn formats_have_the_names_of_webgpu() {
         for (format, name) in [

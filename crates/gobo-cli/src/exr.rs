@@ -9,7 +9,8 @@ use std::{io::Cursor, path::Path};
 /// A channel of a file: its name, and a sample for each pixel.
 pub(super) type Channel = AnyChannel<FlatSamples>;
 
-/// A channel of light or colour, as half floats. The largest half is 65504: brighter light is white in any case.
+/// A channel of light or colour, as half floats. The largest half is 65504: brighter light is white in any
+/// case.
 pub(super) fn half_channel(name: &str, samples: impl Iterator<Item = f32>) -> Channel {
     let half = |value: f32| f16::from_f32(value.min(65504.0));
     AnyChannel::new(name, FlatSamples::F16(samples.map(half).collect()))
@@ -20,14 +21,14 @@ pub(super) fn full_channel(name: &str, samples: impl Iterator<Item = f32>) -> Ch
     AnyChannel::new(name, FlatSamples::F32(samples.collect()))
 }
 
-/// Channels R, G and B of linear rgb; `layer`: their layer's name, with a dot behind it, or nothing.
+/// Channels R, G and B of linear rgb; `layer`: the layer's name and a dot, or nothing.
 pub(super) fn rgb_channels(layer: &str, rgb: &[[f32; 3]]) -> [Channel; 3] {
     [(0, "R"), (1, "G"), (2, "B")].map(|(channel, name)| {
         half_channel(&format!("{layer}{name}"), rgb.iter().map(|pixel| pixel[channel]))
     })
 }
 
-/// Encodes a picture's light, and channels beside it, as a whole file; `path` is for errors.
+/// Encodes a picture's light, and further channels, as a whole file; `path` is for errors.
 pub(super) fn encode(
     path: &Path,
     picture: &Picture,

@@ -15,7 +15,7 @@ pub(crate) enum Failure {
     File { path: PathBuf, source: std::io::Error },
     #[error("{0}")]
     Usage(String),
-    /// A file that is not what an option wants.
+    /// A file that does not suit an option.
     #[error("{}: {message}", .path.display())]
     Refused { path: PathBuf, message: String, help: &'static str },
     /// A benchmark whose maps are wrong.
@@ -44,7 +44,7 @@ impl Failure {
         Self::Refused { path: path.to_owned(), message: message.into(), help }
     }
 
-    /// Prints the error to stderr; for a scene file with the line and the remedy. Errors of stderr itself
+    /// Prints the error to stderr, for a scene file with the line and the remedy. Errors of stderr itself
     /// (full or closed) are ignored.
     pub(crate) fn print(&self) {
         let text = format!("gobo: {}", self.explained());

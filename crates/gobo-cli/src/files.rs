@@ -1,4 +1,4 @@
-//! Folders and names of files, and output streams that may be closed.
+//! Folders, file names, and output streams that may be closed.
 use super::{
     failure::{Failure, harmless},
     output::TEMPORARY,
@@ -16,7 +16,7 @@ pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|parent| *parent != Path::new("")).unwrap_or(Path::new("."))
 }
 
-/// Asks for the names in a folder to be on the disk, where systems know that.
+/// Flushes the names in a folder to the disk, where the system can.
 pub(crate) fn sync_dir(path: &Path) {
     if cfg!(unix)
         && let Ok(dir) = fs::File::open(path)
@@ -30,7 +30,7 @@ pub(crate) fn create_dir(path: &Path) -> Result<(), Failure> {
     fs::create_dir_all(path).map_err(|source| Failure::file(path, source))
 }
 
-/// Plain files of a folder, unsorted, without hidden ones, which ours are while they are written.
+/// Plain files of a folder, unsorted, without hidden ones: our own are hidden while they are written.
 pub(crate) fn entries(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
     let failed = |source| Failure::file(dir, source);
     let mut files = Vec::new();
@@ -44,7 +44,7 @@ pub(crate) fn entries(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
     Ok(files)
 }
 
-/// Temporary files in a folder for names that start so. Entries that cannot be listed are none.
+/// Temporary files in a folder for names that begin with `start`; none if the folder cannot be listed.
 pub(super) fn temporaries(dir: &Path, start: &str) -> Vec<PathBuf> {
     let start = format!(".{start}");
     let entries = fs::read_dir(dir).into_iter().flatten().flatten();
@@ -63,7 +63,7 @@ pub(super) fn hex(bytes: impl AsRef<[u8]>) -> String {
     bytes.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// A file with the digest of what is written to it.
+/// A file, and the digest of the bytes written to it.
 pub(super) struct Digesting<W> {
     pub(super) file: W,
     pub(super) digest: Sha256,
@@ -94,7 +94,7 @@ pub(crate) fn warn(notes: &[String]) {
     }
 }
 
-/// Standard error that may be full or closed: errors are ignored.
+/// Standard error, which may be full or closed: errors are ignored.
 #[derive(Debug)]
 pub(crate) struct Quiet;
 
@@ -121,7 +121,7 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 /// Unique names of files.
 #[derive(Debug, Default)]
 pub(crate) struct Unique {
-    /// Names in lower case, as many file systems ignore case; with the last number of each.
+    /// Names in lower case, as many file systems ignore case, each with its last number.
     taken: HashMap<String, u32>,
 }
 

@@ -1,5 +1,5 @@
-//! A scene's frame as a recording: its resources with their contents, its kernels, its commands, and the maps
-//! that they make, bit for bit. For engines without wgpu: `docs/export.md`.
+//! A scene's frame as a recording: its resources with their contents, its kernels, its commands, and the
+//! resulting maps, bit for bit. For engines without wgpu: `docs/export.md`.
 use super::{
     export::{binding_entry, format_name},
     failure::Failure,
@@ -89,7 +89,7 @@ struct Recording<'a> {
     resources: Vec<Value>,
     kernels: Vec<(Kernel, String, Value)>,
     names: HashMap<Resource, String>,
-    /// Number of resources and kernels by name, which are told apart by numbers.
+    /// Number of resources and kernels by name; numbers tell those of one name apart.
     taken: HashMap<String, u32>,
 }
 

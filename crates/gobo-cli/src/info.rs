@@ -8,12 +8,12 @@ use gobo::{
 use serde::Serialize;
 use std::{collections::BTreeMap, fmt::Write as _};
 
-/// benches/NOTES.md has the figures.
+/// The figures are in benches/NOTES.md.
 const ADVICE: &str = "a software adapter compiles each scene's kernels for seconds, once: \
      --backend cpu is quicker for one picture of thousands of casters and a few lights";
 
 #[derive(Serialize)]
-struct Report {
+struct InfoReport {
     version: &'static str,
     /// Adapters, the default of `gobo render` first.
     adapters: Vec<AdapterEntry>,
@@ -70,7 +70,7 @@ pub(crate) fn run(arguments: &InfoArguments) -> Result<(), Failure> {
     if let Some(first) = adapters.first_mut().filter(|first| first.unusable.is_none()) {
         first.chosen = true;
     }
-    let report = Report { version: env!("CARGO_PKG_VERSION"), adapters };
+    let report = InfoReport { version: env!("CARGO_PKG_VERSION"), adapters };
     if json {
         files::print(&serde_json::to_string_pretty(&report).expect("plain data is JSON"))?;
     } else {
@@ -134,7 +134,7 @@ fn describe(adapter: &wgpu::Adapter) -> AdapterEntry {
     }
 }
 
-fn text(report: &Report) -> String {
+fn text(report: &InfoReport) -> String {
     let mut text = format!("gobo {}\n", report.version);
     for adapter in &report.adapters {
         let mark = if adapter.chosen { "* " } else { "  " };

@@ -1,4 +1,4 @@
-//! Files that the command reads: no output may take their place.
+//! Files that the command reads: no output may replace them.
 use super::failure::Failure;
 use std::{
     fs::{self, Metadata},
@@ -7,7 +7,7 @@ use std::{
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
-/// A file whatever it is called: links have the identity of what they lead to.
+/// Identity of a file under any of its names: a link has that of its target.
 #[cfg(unix)]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Identity {
@@ -41,19 +41,19 @@ impl Identity {
     }
 }
 
-/// Of this process, which runs one command.
+/// Inputs of this process, which runs one command.
 static INPUTS: Mutex<Vec<(Identity, PathBuf)>> = Mutex::new(Vec::new());
 
 fn inputs() -> MutexGuard<'static, Vec<(Identity, PathBuf)>> {
     INPUTS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// From now on, whatever scenes read is an input.
+/// From now on, every file that a scene reads is an input.
 pub(crate) fn watch() {
     gobo_scene::watch_files(add);
 }
 
-/// Adds a file. One that is not there is no input: its reader says so.
+/// Adds a file. A missing file is no input: its reader reports it.
 pub(super) fn add(path: &Path) {
     let Ok(identity) = Identity::of(path) else { return };
     let mut inputs = inputs();
@@ -83,8 +83,8 @@ pub(super) fn check(output: &Path, metadata: &Metadata) -> Result<(), Failure> {
     }
 }
 
-/// Refuses a folder in which an output would take the place of an input. `is_written`: whether the command writes a
-/// path from the folder, with `/`, or with `/` at its end, below it.
+/// Refuses a folder in which an output would replace an input. `is_written`: whether the command writes a
+/// path in the folder, with `/` as separator; for a path that ends with `/`, whether it writes below it.
 pub(super) fn check_folder(
     folder: &Path,
     is_written: impl Fn(&str) -> bool,

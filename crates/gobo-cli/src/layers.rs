@@ -1,4 +1,4 @@
-//! What a compositor asks for: a picture's light by where it comes from, and its surfaces.
+//! Layers for compositors: a picture's light by its source, and its surfaces.
 use super::{
     exr::{Channel, full_channel, rgb_channels},
     failure::Failure,
@@ -6,14 +6,14 @@ use super::{
 use gobo_picture::{RenderOptions, Renderer, Surface};
 use gobo_scene::Scene;
 
-/// Depth where there is no surface [m], as Blender writes it.
+/// Depth without a surface [m], as Blender writes it.
 const NO_SURFACE: f32 = 1e10;
 
-/// What no two layers may share; those of lights have the lights' own names.
+/// Names of the lights, which name their layers: other layers avoid them.
 struct Names<'a>(&'a [String]);
 
 impl Names<'_> {
-    /// The name of a layer that is of no light.
+    /// The name of a layer that belongs to no light.
     fn of(&self, layer: &str) -> String {
         let mut name = layer.to_owned();
         while self.0.contains(&name) {
@@ -23,7 +23,8 @@ impl Names<'_> {
     }
 }
 
-/// Layers of the scene as it is. `whole`: the picture's light; `names`: of its lights; `next`: the scene at the next frame, if anything in it moves.
+/// Layers of the scene as it is. `whole`: the picture's light; `names`: of its lights; `next`: the scene at
+/// the next frame, if anything in it moves.
 pub(super) fn of_scene(
     renderer: &mut Renderer,
     scene: &Scene,
@@ -36,7 +37,7 @@ pub(super) fn of_scene(
     Ok(channels)
 }
 
-/// What each light adds to none, and the rest: their sum is the picture's light.
+/// Contribution of each light, and the rest: their sum is the picture's light.
 fn of_lights(
     renderer: &mut Renderer,
     scene: &Scene,
@@ -65,7 +66,7 @@ fn of_lights(
     Ok(channels)
 }
 
-/// Data of the opaque surfaces that the picture shows.
+/// Data of the picture's opaque surfaces.
 fn of_surfaces(
     renderer: &mut Renderer,
     scene: &Scene,
@@ -87,7 +88,7 @@ fn of_surfaces(
         data("material", "X", 0.0, |surface| surface.material as f32 + 1.0),
     ];
     if next.is_some() {
-        // Rows of a compositor's picture are counted from below.
+        // Compositors count rows from below.
         channels.push(data("motion", "X", 0.0, |surface| surface.motion.x));
         channels.push(data("motion", "Y", 0.0, |surface| -surface.motion.y));
     }

@@ -44,6 +44,8 @@ mod wall_clock;
 mod writers;
 
 use arguments::{Arguments, Command};
+#[doc(hidden)]
+pub use bench::bench_discs;
 use clap::Parser as _;
 use failure::Failure;
 pub use memory::Needs;
@@ -51,16 +53,16 @@ use std::{ffi::OsString, io::IsTerminal as _};
 use tracing_subscriber::{Layer as _, filter::Targets, prelude::*};
 use wall_clock::WallClock;
 
-/// Runs the program `gobo`, once in a process: it listens for signals, and sets where messages go. `arguments`: the
-/// program's name first. Returns the exit status.
+/// Runs the program `gobo`, once per process: it listens for signals, and sets where messages go.
+/// `arguments`: the program's name first. Returns the exit status.
 ///
-/// On Linux it starts the process anew where the environment names no `XDG_RUNTIME_DIR`, for commands that open a device.
+/// On Linux a command that opens a device restarts the process if the environment has no `XDG_RUNTIME_DIR`.
 pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let clock = WallClock::start();
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
-            // Of a terminal that is closed.
+            // The terminal may be closed.
             let _ = error.print();
             return error.exit_code() as u8;
         }
@@ -76,7 +78,7 @@ pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         .without_time()
         .with_filter(chosen.unwrap_or_else(warnings));
     let spans = Targets::new().with_target("gobo", tracing::Level::DEBUG);
-    // A host that has set its own keeps it.
+    // A host that has set its own subscriber keeps it.
     let _ = tracing_subscriber::registry()
         .with(messages)
         .with(clock.clone().with_filter(spans))
@@ -103,7 +105,8 @@ fn run(command: Command, clock: &WallClock) -> Result<(), Failure> {
         Command::View(arguments) => view::run(&arguments),
         #[cfg(not(feature = "view"))]
         Command::View(_) => {
-            let message = "this program was built without a window: `cargo install --path crates/gobo-cli --features view` \
+            let message = "this program was built without a window: `cargo install --path \
+                           crates/gobo-cli --features view` \
                            in a checkout builds one that has it";
             Err(Failure::Usage(message.to_owned()))
         }

@@ -1,10 +1,11 @@
 //! `gobo light`: share of each light that reaches given points.
 use super::{
     arguments::LightArguments,
+    curves,
     failure::Failure,
     files, inputs,
     memory::Needs,
-    npy::{self, Fault},
+    npy::{self, NpyFault},
     output::{self, Output},
 };
 use gobo::{Scene, glam::Vec3, model::ReceiverPoint};
@@ -18,9 +19,9 @@ use std::{
 
 /// Largest coordinate of a point, like that of scenes [m].
 const FARTHEST: f32 = 1e7;
-/// Most points that are in memory at a time: as many as a device looks up at once.
+/// Most points in memory at a time: as many as a device looks up at once.
 const MAX_POINTS: usize = 1 << 22;
-/// Most shares that are in memory at a time: 256 MiB.
+/// Most shares in memory at a time: 256 MiB.
 const MAX_SHARES: usize = (256 << 20) / size_of::<[f32; 3]>();
 
 pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
@@ -42,7 +43,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
         let file = File::open(path).map_err(|error| unreadable(path, &error))?;
         Points::new(BufReader::new(file), length).map_err(refused)
     };
-    // All are read before light is looked up for the first, which may take long.
+    // All points are read before the first look-up, which may take long.
     let (mut receivers, mut rows) = (Receivers::default(), 0);
     for point in open()? {
         receivers.add(point.map_err(refused)?.position);
@@ -52,6 +53,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     scene.set_time(f64::from(arguments.moment.frame) / arguments.moment.fps);
     let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("looking light up with {}", renderer.device());
+    curves::warn_before(&scene);
     let look_up = renderer.point_look_up(&scene, receivers)?;
     let out = Output::new(&arguments.out)?;
     let failed = |source| Failure::file(&arguments.out, source);
@@ -64,7 +66,7 @@ pub(crate) fn run(arguments: &LightArguments) -> Result<(), Failure> {
     output::print_name(&arguments.out)
 }
 
-/// Number of points that are in memory at a time.
+/// Number of points in memory at a time.
 fn at_a_time(scene: &Scene) -> usize {
     (MAX_SHARES / scene.lights.len().max(1)).min(MAX_POINTS)
 }
@@ -109,7 +111,7 @@ struct Points<R> {
 
 impl<R: Read> Points<R> {
     /// `length`: of the file [bytes].
-    fn new(file: R, length: u64) -> Result<Self, Fault> {
+    fn new(file: R, length: u64) -> Result<Self, NpyFault> {
         let array = npy::Reader::new(file, length)?;
         let &[rows, columns @ (3 | 6)] = &array.shape[..] else {
             let message = format!("its shape is {:?}", array.shape);
@@ -118,7 +120,7 @@ impl<R: Read> Points<R> {
         Ok(Self { array, has_normals: columns == 6, row: 0, rows })
     }
 
-    fn read(&mut self) -> Result<ReceiverPoint, Fault> {
+    fn read(&mut self) -> Result<ReceiverPoint, NpyFault> {
         let position = self.array.next::<3>()?;
         let normal = if self.has_normals { self.array.next::<3>()? } else { [0.0; 3] };
         point(position.into(), normal.into()).ok_or_else(|| {
@@ -132,7 +134,7 @@ impl<R: Read> Points<R> {
 }
 
 impl<R: Read> Iterator for Points<R> {
-    type Item = Result<ReceiverPoint, Fault>;
+    type Item = Result<ReceiverPoint, NpyFault>;
 
     fn next(&mut self) -> Option<Self::Item> {
         (self.row < self.rows).then(|| {
@@ -146,7 +148,7 @@ impl<R: Read> Iterator for Points<R> {
 /// `None` if a number is not finite or a position is too far away.
 fn point(position: Vec3, normal: Vec3) -> Option<ReceiverPoint> {
     let is_near = position.is_finite() && position.abs().max_element() <= FARTHEST;
-    // A normal of length zero is none.
+    // A normal of length zero counts as none.
     let normal = if normal == Vec3::ZERO { normal } else { normal.try_normalize()? };
     is_near.then_some(ReceiverPoint { position, normal })
 }
@@ -157,7 +159,7 @@ mod tests {
     use gobo::{Light, LightKind, Material, Particle, Shape, glam::Vec4};
     use gobo_picture::Renderer;
 
-    fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, Fault> {
+    fn points(bytes: &[u8]) -> Result<Vec<ReceiverPoint>, NpyFault> {
         Points::new(bytes, bytes.len() as u64)?.collect()
     }
 
@@ -192,7 +194,7 @@ mod tests {
         }
     }
 
-    /// However many are looked up at a time, each point has the same bits.
+    /// Each point has the same bits, whatever the size of a part.
     #[test]
     fn points_come_back_in_order_whatever_a_part_is() {
         let kind = LightKind::Directional { direction: Vec3::new(-0.3, -1.0, -0.2) };

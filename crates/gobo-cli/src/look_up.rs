@@ -1,4 +1,4 @@
-//! The look-up of light for shaders of a host's, in its language.
+//! The look-up of light for a host's shaders, in its shading language.
 use super::{
     export::{BindingEntry, binding_entry},
     failure::Failure,
@@ -14,16 +14,16 @@ use std::path::Path;
 #[derive(Serialize)]
 pub(super) struct LookUp {
     file: String,
-    /// Of the maps' curves; 0 where there are none.
+    /// Nodes of the maps' curves; 0 without curves.
     nodes: u32,
-    /// Whether some caster may be of the `gain` or the `over` transfer.
+    /// Whether some caster may have the `gain` or the `over` transfer.
     gain: bool,
     bindings: Vec<BindingEntry>,
 }
 
 const PREFIX: &str = "gobo_";
 
-/// So that all of it is used. Around it, what a compiler needs to see the whole.
+/// Uses every function, so that none is removed. Parts that only a whole shader needs are around it.
 const PROBE: &str = "
 @compute @workgroup_size(1)
 fn gobo_probe(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -32,10 +32,10 @@ fn gobo_probe(@builtin(global_invocation_id) id: vec3<u32>) {
     _ = gobo_light_at(id.x, position);
 }
 ";
-/// Names of macros of the texts.
+/// Macro around the parts that only a whole shader needs.
 const GUARD: &str = "GOBO_PROBE";
 
-/// Writes a text for each kind of maps. SPIR-V has none: it is no text to put beside others.
+/// Writes a text for each kind of maps. None for SPIR-V: it cannot be combined with other sources.
 pub(super) fn write(target: Target, out: &Path) -> Result<Vec<LookUp>, Failure> {
     let mut texts = Vec::new();
     if target == Target::Spirv {
@@ -66,7 +66,7 @@ pub(super) fn write(target: Target, out: &Path) -> Result<Vec<LookUp>, Failure> 
     Ok(texts)
 }
 
-/// Without what only a whole shader has, and with the probe where it is asked for.
+/// The text with the parts of a whole shader, and the probe, inside guards.
 fn guarded(text: &str) -> String {
     let whole =
         ["#version", "#extension GL_ARB_compute_shader", "layout(local_size_x", "precision "];

@@ -22,7 +22,7 @@ bad usage or input: a file that is missing, wrong or over a limit
 no usable adapter or device, or one whose limits are too small
 ";
 
-/// The program's page on standard output, or with `out` that and one of each command as files.
+/// Prints the program's page to standard output; with `out`, writes it and a page per command as files.
 pub(crate) fn man(out: Option<&Path>) -> Result<(), Failure> {
     let mut whole = Arguments::command().disable_help_subcommand(true);
     whole.build();

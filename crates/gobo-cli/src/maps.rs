@@ -1,13 +1,21 @@
 //! The maps of a frame as files: arrays, previews and a description of the views.
-use super::{curves, failure::Failure, files, npy, output::Fill};
+use super::{
+    curves::{Curves, Fault, Span, Take},
+    failure::Failure,
+    files, npy,
+    output::Fill,
+};
 use gobo::{
     glam::{DMat4, Mat4, Vec3},
     model::{Light, LightKind, View},
-    records::{CurveMap, ViewMaps},
+    records::ViewMaps,
 };
 use image::{DynamicImage, GrayImage, ImageFormat, RgbImage};
 use serde::Serialize;
-use std::io::Cursor;
+use std::{
+    io::{self, Cursor},
+    path::Path,
+};
 
 /// One entry of `views.json`.
 #[derive(Serialize)]
@@ -56,17 +64,25 @@ pub(crate) fn light_names(lights: &[Light]) -> Vec<String> {
     names
 }
 
-/// Writes all maps of a frame by name. `origin`: [`gobo::model::Scene::origin`].
-pub(crate) fn write(
+/// Writes all maps of a frame by name. `left`: gives the texels of curves that `maps` lack, by the number of
+/// the view; `origin`: [`gobo::model::Scene::origin`].
+pub(super) fn write(
     mut write: impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
     maps: &[ViewMaps],
+    left: impl Fn(usize, Take<'_>) -> Result<(), Fault>,
     lights: &[Light],
     names: &[String],
     origin: Vec3,
 ) -> Result<(), Failure> {
     let (stems, json) = described(maps, lights, names, origin);
-    for (maps, stem) in of_lights(maps, lights).zip(stems) {
-        Arrays::of(maps).write(&mut write, &stem)?;
+    for ((number, maps), stem) in of_lights(maps, lights).zip(stems) {
+        let curve = maps.curve.as_ref();
+        let give = |take: Take<'_>| match curve {
+            Some(curve) if !curve.packed.is_empty() => take(curve),
+            _ => left(number, take),
+        };
+        let curves = curve.map(|curve| Curves { nodes: curve.nodes, give: &give });
+        Arrays::of(maps, curves).write(&mut write, &stem)?;
     }
     write("views.json", &mut |out| out.write_all(json.as_bytes()))
 }
@@ -80,7 +96,7 @@ pub(super) fn described(
 ) -> (Vec<String>, String) {
     let mut stems = Vec::with_capacity(maps.len());
     let mut entries = Vec::with_capacity(maps.len());
-    for ViewMaps { view, curve, .. } in of_lights(maps, lights) {
+    for (_, ViewMaps { view, curve, .. }) in of_lights(maps, lights) {
         let light = view.light.expect("it is a light's");
         let nodes = curve.as_ref().map(|curve| curve.nodes);
         entries.push(ViewEntry { nodes, ..describe(view, &lights[light], &names[light], origin) });
@@ -89,13 +105,14 @@ pub(super) fn described(
     (stems, serde_json::to_string_pretty(&entries).expect("plain data is JSON"))
 }
 
-/// The maps of shadow views.
+/// The maps of the lights' views.
 pub(super) fn of_lights<'a>(
     maps: &'a [ViewMaps],
     lights: &[Light],
-) -> impl Iterator<Item = &'a ViewMaps> {
+) -> impl Iterator<Item = (usize, &'a ViewMaps)> {
     let count = lights.len();
-    maps.iter().filter(move |maps| maps.view.light.is_some_and(|light| light < count))
+    let is_of_light = move |maps: &ViewMaps| maps.view.light.is_some_and(|light| light < count);
+    maps.iter().enumerate().filter(move |(_, maps)| is_of_light(maps))
 }
 
 /// The maps of one view, texels row by row.
@@ -105,28 +122,28 @@ pub(super) struct Arrays<'a> {
     pub filter: &'a [[f32; 3]],
     pub nearest: &'a [f32],
     pub opaque: &'a [f32],
-    /// Empty without coloured dithering.
+    /// Opaque depths per channel; empty without coloured dithering.
     pub colored: &'a [[f32; 3]],
-    pub curve: Option<&'a CurveMap>,
-    /// Light that glass throws; empty without.
+    pub curves: Option<Curves<'a>>,
+    /// Refracted light of caustics; empty without.
     pub caustics: Vec<[f32; 4]>,
 }
 
 impl<'a> Arrays<'a> {
-    fn of(maps: &'a ViewMaps) -> Self {
-        let ViewMaps { view, filter, nearest, opaque, colored, curve, .. } = maps;
-        let (size, curve) = (view.size.to_array(), curve.as_ref());
+    fn of(maps: &'a ViewMaps, curves: Option<Curves<'a>>) -> Self {
+        let ViewMaps { view, filter, nearest, opaque, colored, .. } = maps;
+        let size = view.size.to_array();
         let caustics = maps.thrown_light();
-        Self { size, filter, nearest, opaque, colored, curve, caustics }
+        Self { size, filter, nearest, opaque, colored, curves, caustics }
     }
 
-    /// Writes the arrays and their previews; `stem`: the start of their names.
+    /// Writes the arrays and their previews; `stem`: start of their names.
     pub(super) fn write(
         &self,
         write: &mut impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
         stem: &str,
     ) -> Result<(), Failure> {
-        let &Self { size: [width, height], filter, nearest, opaque, colored, curve, .. } = self;
+        let &Self { size: [width, height], filter, nearest, opaque, colored, curves, .. } = self;
         let (rows, columns) = (height as usize, width as usize);
         let mut save = |map: &str, array: Fill<'_>, preview: DynamicImage| {
             let preview = std::thread::scope(|scope| {
@@ -156,12 +173,40 @@ impl<'a> Arrays<'a> {
             let values = || depths.iter().copied();
             save(map, &mut |out| npy::write(out, &[rows, columns], values()), preview)?;
         }
-        if let Some(curve) = curve {
-            let preview = filter_preview(width, height, &curves::preview(curve));
-            save("curve", &mut |out| curves::write(out, [rows, columns], curve), preview)?;
-        }
-        Ok(())
+        curves.map_or(Ok(()), |curves| write_curves(write, stem, [rows, columns], curves))
     }
+}
+
+/// Writes curves and their preview, some texels at a time.
+fn write_curves(
+    write: &mut impl FnMut(&str, Fill<'_>) -> Result<(), Failure>,
+    stem: &str,
+    [rows, columns]: [usize; 2],
+    curves: Curves<'_>,
+) -> Result<(), Failure> {
+    let name = format!("{stem}.curve.npy");
+    let (mut span, mut lost) = (Span::NONE, None);
+    let written = write(&name, &mut |out| match curves.write(out, [rows, columns]) {
+        Ok(found) => {
+            span = found;
+            Ok(())
+        }
+        Err(Fault::Write(error)) => Err(error),
+        Err(Fault::Device(error)) => {
+            let message = error.to_string();
+            lost = Some(error);
+            Err(io::Error::other(message))
+        }
+    });
+    lost.map_or(Ok(()), |error| Err(Failure::from(error)))?;
+    written?;
+    let shown = curves.preview(span, |light| light.map(srgb)).map_err(|fault| match fault {
+        Fault::Write(error) => Failure::file(Path::new(&name), error),
+        Fault::Device(error) => error.into(),
+    })?;
+    let image = RgbImage::from_raw(columns as u32, rows as u32, shown.into_flattened());
+    let preview = png(&DynamicImage::from(image.expect("a map has all its texels")));
+    write(&format!("{stem}.curve.png"), &mut |out| out.write_all(&preview))
 }
 
 fn describe<'a>(view: &'a View, light: &Light, name: &'a str, origin: Vec3) -> ViewEntry<'a> {
@@ -227,7 +272,7 @@ fn depth_preview(width: u32, height: u32, depths: &[f32]) -> DynamicImage {
 }
 
 fn srgb(linear: f32) -> u8 {
-    // Most texels.
+    // True of most texels.
     if linear >= 1.0 {
         return 255;
     }

@@ -1,5 +1,5 @@
-//! Memory of the host, asked for before it is used: an allocation that fails later aborts the program
-//! without a remedy.
+//! Memory of the host, probed before it is used: an allocation that fails later aborts the program without a
+//! remedy.
 use super::failure::Failure;
 use gobo::{
     gpu::Backend,
@@ -10,7 +10,7 @@ use gobo::{
 use gobo_reference::mask::SeenSurface;
 use gobo_scene::Scene;
 
-/// What a command needs of a scene besides its casters.
+/// Memory that a command needs for a scene, besides its casters.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Needs {
     pub backend_is_cpu: bool,
@@ -30,17 +30,17 @@ impl Needs {
         self.missing(scene).map_or(Ok(()), |bytes| Err(Failure::Memory(bytes)))
     }
 
-    /// What they are, if the host cannot allocate so much \[bytes\].
+    /// The needed memory, if the host cannot allocate it \[bytes\].
     pub fn missing(&self, scene: &Scene) -> Option<u64> {
         let bytes = self.bytes(scene);
         let mut probe = Vec::<u8>::new();
         let is_there = usize::try_from(bytes).is_ok_and(|n| probe.try_reserve_exact(n).is_ok());
-        // Otherwise the compiler may leave the allocation out.
+        // Otherwise the compiler may remove the allocation.
         std::hint::black_box(&mut probe);
         (!is_there).then_some(bytes)
     }
 
-    /// Points in the world and in the scene, their order, and their answers.
+    /// Points in world space and in the scene's, their order, and their results.
     fn of_points(&self, scene: &Scene) -> u64 {
         self.points.saturating_mul(64 + 12 * scene.lights.len() as u64)
     }
@@ -51,13 +51,13 @@ impl Needs {
         if self.maps || self.backend_is_cpu {
             bytes = bytes.saturating_add(self.of_maps(scene));
         }
-        // Records of casters as they are uploaded, or, of the CPU reference, with copies, footprints, keys,
-        // rectangles and setups of the picture as well.
+        // Uploaded records of casters; or, for the CPU reference, records with copies, footprints, keys,
+        // rectangles and setups, also for the picture.
         let [particle, triangle] = if self.backend_is_cpu { [256, 640] } else { [32, 128] };
-        // Beside a particle's: axes and a setup, and the capsule's own record and particle.
+        // In addition to a particle's: axes and a setup; the capsule's own record and particle.
         let [gaussian, capsule] = if self.backend_is_cpu { [80, 144] } else { [32, 128] };
         let emitted: u64 = scene.motions.iter().map(|motion| motion.most_particles()).sum();
-        // Voxels of a brick on the device, or as the scene has them, and its own record.
+        // Voxels of a brick on the device, or those of the scene, and its own record.
         let brick = if self.backend_is_cpu { 1536 } else { 4672 };
         let made: u64 = scene.motions.iter().map(|motion| motion.most_bricks()).sum();
         let bricks = scene.grids.iter().map(|grid| grid.bricks.len() as u64).sum::<u64>() + made;
@@ -89,23 +89,24 @@ impl Needs {
             texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));
         let mut bytes = all.saturating_mul(texel);
         if self.backend_is_cpu {
-            // What the CPU reference keeps of a texel of the view that it renders, softens or blurs.
+            // Memory of the CPU reference per texel of the view that it renders, softens or blurs.
             let filters = shadow.soften || shadow.blur > 0;
             let of_texel = 64 + 24 * nodes + u64::from(filters) * (128 + 8 * nodes);
             bytes = bytes.saturating_add(most * of_texel);
             if scene.lights.iter().any(|light| light.source.is_some()) {
-                // Levels: four nodes to a block of four texels, of nine, and so on.
+                // Mip levels: four nodes for a block of four texels, of nine, and so on.
                 bytes = bytes.saturating_add(all * 24);
             }
         }
         if self.maps {
-            // Arrays and previews of the view that is written.
+            // Arrays and previews of the view that is being written.
             bytes = bytes.saturating_add(most * (24 + 20 * nodes));
         }
         bytes
     }
 
-    /// Light and shown light of the mean, one sample, and the CPU reference's layers, masks and air.
+    /// Linear and displayed light of the mean picture, one sample, and the CPU reference's layers, masks and
+    /// air.
     fn of_picture(&self, scene: &Scene) -> u64 {
         let size = scene.camera.size;
         let pixels = u64::from(size.x) * u64::from(size.y);
@@ -116,7 +117,7 @@ impl Needs {
         if let Some(settings) = &scene.mask {
             let camera = View::from_camera(&scene.camera, &scene.held_bounds());
             let masks = MaskSlots::new(scene, settings, &camera, &FormerSlots::new()).count;
-            // Surfaces by tile and by row, with their pixels, and values of a mask before and behind a blur.
+            // Surfaces by tile and by row, with their pixels, and values of a mask before and after a blur.
             let surface = 3 * size_of::<SeenSurface>() as u64;
             bytes = bytes.saturating_add((surface + 16 * (u64::from(masks) + 4)) * pixels);
         }

@@ -1,5 +1,6 @@
-//! `gobo merge`: joins maps of all shares of a scene's casters.
+//! `gobo merge`: joins the maps of all shares of a scene's casters.
 use super::{
+    curves::{Curves, Take},
     failure::Failure,
     files, inputs,
     maps::Arrays,
@@ -33,7 +34,8 @@ pub(crate) fn run(paths: &[PathBuf], out: &Path) -> Result<(), Failure> {
     files::print(&folder.display().to_string())
 }
 
-/// The parts in the order of their shares: all of them, each once, of the same maps.
+/// The parts in the order of their shares; fails unless each share is there once and all are of the same
+/// maps.
 fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
     let mut parts = BTreeMap::<u32, Part>::new();
     for path in paths {
@@ -55,14 +57,15 @@ fn whole(paths: &[PathBuf]) -> Result<Vec<Part>, Failure> {
     let [_, count] = parts.values().next().map_or([0, 0], |part| part.head.share);
     if let Some(missing) = (0..count).find(|index| !parts.contains_key(index)) {
         let message = format!(
-            "share {missing}/{count} is missing: name its part too, or write it by `gobo maps --casters {missing}/{count}`"
+            "share {missing}/{count} is missing: name its part too, or write it by `gobo maps --casters \
+             {missing}/{count}`"
         );
         return Err(Failure::Usage(message));
     }
     Ok(parts.into_values().collect())
 }
 
-/// How two parts are not of one job.
+/// Name of the property in which two parts of different jobs differ.
 fn difference(head: &Head, other: &Head) -> Option<&'static str> {
     let mut same_share = head.clone();
     same_share.share[0] = other.share[0];
@@ -107,13 +110,14 @@ fn merge(
     let colored = parts[0].read(view, Array::Colored, 0..texels)?;
     let colored = colored.chunks_exact(3).map(|texel| [0, 1, 2].map(|i| f32::from_bits(texel[i])));
     let curve = (head.nodes > 0).then(|| joined_curves(parts, view)).transpose()?;
+    let give = |take: Take<'_>| curve.as_ref().map_or(Ok(()), take);
     let arrays = Arrays {
         size: head.sizes[view],
         filter: &filter,
         nearest: &nearest,
         opaque: &opaque.into_iter().map(f32::from_bits).collect::<Vec<_>>(),
         colored: &colored.collect::<Vec<_>>(),
-        curve: curve.as_ref(),
+        curves: curve.as_ref().map(|curve| Curves { nodes: curve.nodes, give: &give }),
         caustics: Vec::new(),
     };
     arrays.write(write, &head.names[view])

@@ -1,8 +1,9 @@
-//! `NumPy`'s array file, formats 1.0 to 3.0: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
+//! `NumPy`'s array file, formats 1.0 to 3.0:
+//! <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 use std::io::{self, Read, Write};
 
 /// The problem and the remedy.
-pub(crate) type Fault = (String, &'static str);
+pub(crate) type NpyFault = (String, &'static str);
 
 /// Longest header that is read [bytes]; `NumPy` itself reads 10,000.
 const MAX_HEADER: usize = 1 << 16;
@@ -51,7 +52,7 @@ pub(super) fn header(shape: &[usize]) -> Vec<u8> {
     bytes
 }
 
-/// An array that is written value by value.
+/// Writer of an array, value by value.
 #[derive(Debug)]
 pub(crate) struct Writer<W: Write>(io::BufWriter<W>);
 
@@ -72,7 +73,7 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// An array of little-endian `f32`s in C order, read value by value.
+/// Reader of an array of little-endian `f32`s in C order, value by value.
 #[derive(Debug)]
 pub(crate) struct Reader<R> {
     pub(crate) shape: Vec<usize>,
@@ -80,8 +81,8 @@ pub(crate) struct Reader<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// `length`: that of the whole file [bytes].
-    pub(crate) fn new(mut file: R, length: u64) -> Result<Self, Fault> {
+    /// `length`: of the whole file [bytes].
+    pub(crate) fn new(mut file: R, length: u64) -> Result<Self, NpyFault> {
         let mut head = [0; 8];
         let is_array = file.read_exact(&mut head).is_ok() && head.starts_with(b"\x93NUMPY");
         if !is_array {
@@ -115,7 +116,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// The next values.
-    pub(crate) fn next<const N: usize>(&mut self) -> Result<[f32; N], Fault> {
+    pub(crate) fn next<const N: usize>(&mut self) -> Result<[f32; N], NpyFault> {
         let mut values = [0.0; N];
         for value in &mut values {
             let mut bytes = [0; 4];
@@ -128,7 +129,7 @@ impl<R: Read> Reader<R> {
 }
 
 /// Shape of an array of little-endian `f32`s in C order.
-fn shape(header: &[u8]) -> Result<Vec<usize>, Fault> {
+fn shape(header: &[u8]) -> Result<Vec<usize>, NpyFault> {
     let wrong = |message: &str| (message.to_owned(), WRITE_AGAIN);
     let header = str::from_utf8(header).map_err(|_| wrong("its header is no text"))?;
     let value = |key: &str| {

@@ -1,5 +1,5 @@
-//! Where commands write. A regular file is replaced whole, devices and pipes are written into, and files that the
-//! command reads are refused. A link is what it leads to.
+//! Outputs of commands. A regular file is replaced as a whole, devices and pipes are written into, and files
+//! that the command reads are refused. A link stands for its target.
 use super::{claim, failure::Failure, files, inputs, stop};
 use std::{
     ffi::OsString,
@@ -12,11 +12,11 @@ use tempfile::NamedTempFile;
 /// Suffix of temporary names.
 pub(super) const TEMPORARY: &str = ".tmp";
 
-/// Most links that lead from one to the next.
+/// Longest chain of links.
 const MOST_LINKS: usize = 40;
 
-/// An output in the making: it appears complete under its name, or not at all. Its temporary name is its own among all
-/// processes and machines.
+/// An output in progress: it appears complete under its name, or not at all. Its temporary name is unique
+/// among all processes and machines.
 #[derive(Debug)]
 pub(crate) struct Output {
     path: PathBuf,
@@ -26,10 +26,10 @@ pub(crate) struct Output {
     _swept: stop::Swept,
 }
 
-/// What an output's name is.
+/// Kind of an output's target.
 #[derive(Debug)]
 enum Place {
-    /// A regular file or nothing yet, by the name behind all links.
+    /// A regular file or nothing yet, by the name at the end of all links.
     File(PathBuf),
     /// A device or a pipe.
     Stream,
@@ -72,7 +72,7 @@ fn is_stream(_metadata: &fs::Metadata) -> bool {
     true
 }
 
-/// The name that a link leads to, also if nothing is there.
+/// The name at the end of a chain of links, even if nothing is there.
 fn behind_links(path: &Path) -> PathBuf {
     let mut path = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -104,7 +104,7 @@ impl Output {
         prefix.push(".");
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(TEMPORARY);
-        // What others may read is for the user's mask to say.
+        // The user's umask decides who else may read it.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let (file, swept) = stop::swept(|| {
@@ -116,22 +116,22 @@ impl Output {
         Ok(Self { path: path.to_owned(), place, file, _swept: swept })
     }
 
-    /// Its name in the end.
+    /// Its final name.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its name until then.
+    /// Its temporary name.
     pub(crate) fn temporary(&self) -> &Path {
         self.file.path()
     }
 
-    /// Where its contents go.
+    /// Writer of its contents.
     pub(crate) fn writer(&self) -> io::Result<fs::File> {
         self.file.as_file().try_clone()
     }
 
-    /// Gives a file its name, or sends the contents to the device or pipe.
+    /// Gives a file its final name, or sends the contents to the device or pipe.
     pub(crate) fn finish(self) -> Result<(), Failure> {
         let Self { path, place, file, _swept } = self;
         match place {
@@ -160,7 +160,7 @@ fn opened(path: &Path) -> Result<fs::File, Failure> {
     loop {
         let mut options = fs::File::options();
         match options.write(true).custom_flags(libc::O_NONBLOCK).open(path) {
-            // While this is open the pipe has a reader, so that a plain one opens at once.
+            // While this is open the pipe has a reader, so a plain pipe opens at once.
             Ok(_reads) => return fs::File::options().write(true).open(path).map_err(failed),
             Err(error) if error.raw_os_error() == Some(libc::ENXIO) => {
                 if stop::is_stopped() {
@@ -178,7 +178,7 @@ fn opened(path: &Path) -> Result<fs::File, Failure> {
     fs::File::options().write(true).open(path).map_err(|source| Failure::file(path, source))
 }
 
-/// Writes contents of an output, in pieces that are not small.
+/// Writes an output's contents, in pieces that are not small.
 pub(crate) type Fill<'a> = &'a mut dyn FnMut(&mut dyn io::Write) -> io::Result<()>;
 
 /// Writes an output.
@@ -186,17 +186,17 @@ pub(crate) fn write(path: &Path, contents: &[u8]) -> Result<(), Failure> {
     fill(path, &mut |out| out.write_all(contents))
 }
 
-/// Like [`write()`], and the contents are on the disk before the name is.
+/// Like [`write()`], with the contents on the disk before the name is.
 pub(crate) fn write_synced(path: &Path, contents: &[u8]) -> Result<(), Failure> {
     fill_synced(path, &mut |out| out.write_all(contents))
 }
 
-/// Like [`write()`], of contents that are not in memory at once.
+/// Like [`write()`], for contents that are not in memory at once.
 pub(crate) fn fill(path: &Path, contents: Fill<'_>) -> Result<(), Failure> {
     put(path, contents, |_| Ok(()))
 }
 
-/// Like [`write_synced()`], of contents that are not in memory at once.
+/// Like [`write_synced()`], for contents that are not in memory at once.
 pub(crate) fn fill_synced(path: &Path, contents: Fill<'_>) -> Result<(), Failure> {
     put(path, contents, fs::File::sync_all)
 }

@@ -1,4 +1,4 @@
-//! `gobo pack`: a scene with all files that it names, in one archive.
+//! `gobo pack`: a scene and all files that it names, in one archive.
 use super::{
     failure::Failure,
     files, inputs,
@@ -12,8 +12,8 @@ use std::{
 };
 use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
 
-/// Writes the archive; the scene's file is its first entry. Names in it are those from the closest folder around all
-/// files, so that the scene finds them where it is unpacked.
+/// Writes the archive; the scene's file is its first entry. Names are relative to the closest folder around
+/// all files, so that the unpacked scene finds them.
 pub(crate) fn run(path: &Path, out: &Path) -> Result<(), Failure> {
     scene::check(path)?;
     let all = scene::files(path)?;
@@ -24,7 +24,7 @@ pub(crate) fn run(path: &Path, out: &Path) -> Result<(), Failure> {
     for (file, name) in all.iter().zip(names(&all)?) {
         let mut from = File::open(file).map_err(|source| Failure::file(file, source))?;
         let length = from.metadata().map_err(|source| Failure::file(file, source))?.len();
-        // The same bytes whenever it is packed.
+        // The archive has the same bytes whenever it is packed.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Deflated)
             .last_modified_time(DateTime::default())
@@ -37,7 +37,7 @@ pub(crate) fn run(path: &Path, out: &Path) -> Result<(), Failure> {
     output::print_name(out)
 }
 
-/// Paths from the closest folder around all files, with `/`.
+/// Paths relative to the closest folder around all files, with `/`.
 fn names(all: &[PathBuf]) -> Result<Vec<String>, Failure> {
     let plain: Vec<PathBuf> =
         all.iter().map(|file| without_parents(file)).collect::<Result<_, _>>()?;

@@ -1,10 +1,11 @@
 //! `gobo maps`: maps of a share of a scene's filtering casters, as sums that `gobo merge` joins.
 //!
-//! A part is a line of JSON, the [`Head`], then for each view its arrays, little-endian, row by row: sums (4 words a
-//! texel), opaque depths (1), opaque depths per channel (3, with coloured dithering), packed curves (2 a node). A digest
-//! of all that ends the file.
+//! A part is a line of JSON, the [`Head`], then for each view its arrays, little-endian, row by row: sums (4
+//! words a texel), opaque depths (1), opaque depths per channel (3, with coloured dithering), packed curves
+//! (2 a node). A digest of everything ends the file.
 use super::{
     arguments::{MapsArguments, MomentArguments},
+    curves,
     failure::Failure,
     files::{self, Digesting},
     inputs, maps,
@@ -31,12 +32,12 @@ use std::{
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Head {
-    /// Version that wrote it.
+    /// Program version that wrote it.
     pub gobo: String,
     /// Digest of the scene's files, its options and its frame.
     pub scene: String,
     pub frame: u32,
-    /// Index and number of the shares.
+    /// Index of the share, and number of shares.
     pub share: [u32; 2],
     /// Nodes of a curve; 0 without curves.
     pub nodes: usize,
@@ -50,15 +51,15 @@ pub(super) struct Head {
     pub views: String,
 }
 
-/// Longest head that is read [bytes]: thousands of views have a megabyte each thousand.
+/// Longest head that is read [bytes]: a thousand views take about a megabyte.
 const MAX_HEAD: u64 = 1 << 26;
 const MAGIC: &[u8] = b"gobo part 2\n";
 const DIGEST: u64 = 32;
 
-/// Longest name of a view's files, of two numbered names of 64 characters at most [bytes].
+/// Longest name of a view's files, made of two numbered names of at most 64 characters [bytes].
 const MAX_NAME: usize = 150;
 
-/// Whether a name is that of a file beside others: no path, no hidden file, and none that a terminal takes for more.
+/// Whether a name is that of a file in the same folder: no path, no hidden file, and no control characters.
 fn is_plain(name: &str) -> bool {
     let is_safe = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     (1..=MAX_NAME).contains(&name.len()) && !name.starts_with('.') && name.chars().all(is_safe)
@@ -105,7 +106,7 @@ impl Head {
         }
     }
 
-    /// What is wrong with a head that was read: its names become files, and its numbers memory.
+    /// Fault in a head that was read: its names become files, and its numbers memory.
     fn fault(&self) -> Option<&'static str> {
         let is_count = self.names.len() == self.sizes.len();
         let is_size = |size: &[u32; 2]| size.iter().all(|side| (1..=MAX_MAP_SIZE).contains(side));
@@ -158,8 +159,11 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     Needs { maps: true, ..Needs::of(arguments.moment.device.backend()) }.check(&scene)?;
     let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("rendering with {}", renderer.device());
+    curves::warn_before(&scene);
     let maps = rendered(&mut renderer, &scene)?;
-    let maps: Vec<_> = maps::of_lights(&maps, &scene.lights).cloned().collect();
+    let nodes = maps.iter().find_map(|maps| maps.curve.as_ref()).map_or(0, |curve| curve.nodes);
+    let maps: Vec<_> =
+        maps::of_lights(&maps, &scene.lights).map(|(_, maps)| maps.clone()).collect();
     let names = maps::light_names(&scene.lights);
     let (names, views) = maps::described(&maps, &scene.lights, &names, scene.origin);
     let head = Head {
@@ -167,7 +171,7 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
         scene: digest(arguments)?,
         frame: arguments.moment.frame,
         share: [share.index(), share.count()],
-        nodes: scene.shadow.curve_nodes() as usize,
+        nodes,
         colored: maps.iter().any(|maps| !maps.colored.is_empty()),
         names,
         sizes: maps.iter().map(|maps| maps.view.size.to_array()).collect(),
@@ -177,7 +181,7 @@ pub(crate) fn run(arguments: &MapsArguments) -> Result<(), Failure> {
     output::print_name(&arguments.out)
 }
 
-/// Refuses what no sum holds.
+/// Refuses scenes that sums cannot express.
 fn check(scene: &Scene, path: &Path) -> Result<(), Failure> {
     let refuse = |message: &str, help| Err(Failure::refused(path, message, help));
     if scene.shadow.soften || scene.shadow.blur > 0 {
@@ -223,10 +227,11 @@ pub(super) fn rendered(renderer: &mut Renderer, scene: &Scene) -> Result<Vec<Vie
     Ok(maps)
 }
 
-/// Digest of all that decides a part besides its share: options, and the contents of all files that were read.
+/// Digest of everything that decides a part besides its share: options, and the contents of all files that
+/// were read.
 fn digest(arguments: &MapsArguments) -> Result<String, Failure> {
     let MomentArguments { frame, fps, set, .. } = &arguments.moment;
-    // Wherever the files are, and whatever they are called.
+    // Independent of the files' folders and names.
     let mut contents = BTreeSet::new();
     for path in inputs::all() {
         let failed = |source| Failure::file(&path, source);
@@ -266,19 +271,19 @@ fn write(path: &Path, head: &Head, maps: &[ViewMaps]) -> Result<(), Failure> {
     output.finish()
 }
 
-/// A part that was written.
+/// A part file.
 #[derive(Debug)]
 pub(super) struct Part {
     pub path: PathBuf,
     pub head: Head,
-    /// Where the arrays begin [bytes].
+    /// Offset of the arrays [bytes].
     first: u64,
 }
 
 const AGAIN: &str = "write it again with `gobo maps`";
 
 impl Part {
-    /// Opens a part and checks that it is whole.
+    /// Opens a part and checks that it is complete.
     pub(super) fn open(path: &Path) -> Result<Self, Failure> {
         let unreadable = |error: io::Error| {
             Failure::refused(

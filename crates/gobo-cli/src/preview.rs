@@ -15,15 +15,15 @@ use std::{
 
 /// Most frames of an animated PNG.
 const MAX: usize = i32::MAX as usize;
-/// What a preview says of its origin: only files with it are overwritten.
+/// Mark of a preview's origin: only files with it are overwritten.
 const MARK: &str = "gobo --preview";
 
-/// Frames so far, in a temporary file until the last one is there.
+/// Frames so far, in a temporary file until the last one is added.
 pub(super) struct Preview {
     file: Output,
     encoder: Encoder,
     size: UVec2,
-    /// None of a device or pipe.
+    /// `None` for a device or pipe.
     _claim: Option<Claim>,
 }
 
@@ -102,7 +102,7 @@ impl Preview {
         }
     }
 
-    /// Gives the file its name.
+    /// Gives the file its final name.
     pub(super) fn finish(self) -> Result<(), Failure> {
         match self.encoder {
             Encoder::Png(writer) => {
@@ -123,7 +123,7 @@ impl Ffmpeg {
         command.args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", size.x, size.y)]);
         command.args(["-framerate", &fps.to_string(), "-i", "-"]);
-        // Most players want halved colour, whose sides are even, and say which matrix makes it.
+        // Most players expect chroma at half resolution, which needs even sides, and a stated colour matrix.
         let filter = "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv";
         command.args(["-vf", filter, "-pix_fmt", "yuv420p", "-colorspace", "bt709"]);
         command.args(["-metadata", &format!("comment={MARK}"), "-f", "mp4"]).arg(temporary);
@@ -146,7 +146,7 @@ impl Ffmpeg {
     }
 
     fn finish(mut self, path: &Path) -> Result<(), Failure> {
-        // The end of its input.
+        // Closes its input.
         drop(self.0.stdin.take());
         let status = self.0.wait().map_err(|source| Failure::file(path, source))?;
         if status.success() {
@@ -157,7 +157,7 @@ impl Ffmpeg {
 }
 
 impl Drop for Ffmpeg {
-    /// Without all frames there is no video.
+    /// An incomplete video is removed.
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -176,7 +176,7 @@ fn format(path: &Path) -> Result<Format, Failure> {
     }
 }
 
-/// Refuses the names of frames and what is beside them.
+/// Refuses the names of frames and of the files beside them.
 fn check_name(path: &Path, out: &Path) -> Result<(), Failure> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let is_beside = match (folder(path).canonicalize(), out.canonicalize()) {
@@ -194,7 +194,7 @@ fn taken(path: &Path) -> Failure {
     Failure::refused(path, "exists, and is no preview of gobo", help)
 }
 
-/// The right to write a file that is a preview, or not there.
+/// A claim to write a file that is a preview, or does not exist.
 fn claimed(path: &Path, format: Format) -> Result<Claim, Failure> {
     if !is_free(path, format).map_err(|source| Failure::file(path, source))? {
         return Err(taken(path));
@@ -208,7 +208,7 @@ fn claimed(path: &Path, format: Format) -> Result<Claim, Failure> {
     Ok(claim)
 }
 
-/// Whether nothing, or an earlier preview, has this name.
+/// Whether the name is unused, or that of an earlier preview.
 fn is_free(path: &Path, format: Format) -> io::Result<bool> {
     match path.metadata() {
         Ok(_) => {}
@@ -222,7 +222,7 @@ fn is_free(path: &Path, format: Format) -> io::Result<bool> {
             Format::Png => head == *b"\x89PNG\r\n\x1a\n",
             Format::Mp4 => head[4..] == *b"ftyp",
         };
-    // An animated PNG says so in its head, a video in its tail.
+    // An animated PNG has the mark in its head, a video in its tail.
     let mut bytes = Vec::new();
     match format {
         Format::Png => file.take(4096).read_to_end(&mut bytes)?,

@@ -1,6 +1,7 @@
 //! `gobo relight`: splats with the light of a scene in their colours.
 use super::{
     arguments::RelightArguments,
+    curves,
     failure::Failure,
     files,
     memory::Needs,
@@ -9,12 +10,14 @@ use super::{
 use gobo::glam::Vec3;
 use gobo_picture::set_to_relight;
 use gobo_scene as scene;
-use gobo_scene::splats;
+use gobo_scene::splats::{self, Harmonics, SplatCloud};
+use std::path::Path;
 
-/// Kind of a file of splats that is written.
+/// Format of the written file of splats.
 #[derive(Clone, Copy)]
-enum Written {
+enum SplatOutput {
     Ply,
+    Sog,
     Spz,
 }
 
@@ -22,10 +25,11 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     let ending = out.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     let written = match ending.as_deref() {
-        Some("ply") => Written::Ply,
-        Some("spz") => Written::Spz,
+        Some("ply") => SplatOutput::Ply,
+        Some("sog") => SplatOutput::Sog,
+        Some("spz") => SplatOutput::Spz,
         _ => {
-            let help = "let the name end in .ply or .spz";
+            let help = "let the name end in .ply, .spz or .sog";
             return Err(Failure::refused(out, "no kind of splats that gobo writes", help));
         }
     };
@@ -48,12 +52,16 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
     Needs { points, ..Needs::of(arguments.moment.device.backend()) }.check(&scene)?;
     let mut renderer = arguments.moment.device.renderer()?;
     tracing::info!("looking light up with {}", renderer.device());
+    curves::warn_before(&scene);
     let shares = renderer.relight(&scene, lit)?;
     let mut colors: Vec<Vec3> = cloud.splats.iter().map(|splat| splat.color).collect();
+    let mut harmonics = harmonics_of(&arguments.splats, cloud)?;
     let mut missing = vec![true; colors.len()];
     for (gaussian, share) in lit.iter().zip(shares) {
         let i = relit.index_of(gaussian);
-        colors[i] *= Vec3::from_array(share);
+        let share = Vec3::from_array(share);
+        colors[i] *= share;
+        harmonics.scale(i, share);
         missing[i] = false;
     }
     let missing = missing.into_iter().filter(|&is_missing| is_missing).count();
@@ -61,10 +69,28 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
         tracing::warn!("{missing} splats are too far for the scene: they keep their colours");
     }
     let bytes = match written {
-        Written::Ply => splats::to_ply(&cloud.splats, &colors),
-        Written::Spz => splats::to_spz(&cloud.splats, &colors)
-            .map_err(|error| Failure::refused(out, error.to_string(), "write a .ply instead"))?,
+        SplatOutput::Ply => Ok(splats::to_ply(&cloud.splats, &colors, &harmonics)),
+        SplatOutput::Sog => splats::to_sog(&cloud.splats, &colors, &harmonics),
+        SplatOutput::Spz => splats::to_spz(&cloud.splats, &colors, &harmonics),
     };
+    let bytes =
+        bytes.map_err(|error| Failure::refused(out, error.to_string(), "write a .ply instead"))?;
     output::write(out, &bytes)?;
     output::print_name(out)
+}
+
+/// Higher harmonics of the splats of a file, in their order.
+fn harmonics_of(path: &Path, cloud: &SplatCloud) -> Result<Harmonics, Failure> {
+    if cloud.harmonics == 0 {
+        return Ok(Harmonics::default());
+    }
+    let Some(stored) = scene::load_harmonics(path)? else {
+        tracing::warn!(
+            "{}: harmonics of splats of this kind are not written: the colours of the output are \
+             the same from all sides; convert the file to .ply to keep them",
+            path.display()
+        );
+        return Ok(Harmonics::default());
+    };
+    Ok(if cloud.rows.is_empty() { stored } else { stored.of_rows(&cloud.rows) })
 }

@@ -2,6 +2,7 @@
 use super::{
     arguments::RenderArguments,
     claim::{self, Claim},
+    curves::{self, Take},
     exr::{self, Channel},
     failure::Failure,
     files, inputs, layers, maps,
@@ -21,7 +22,7 @@ use image::{DynamicImage, RgbImage};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 
-/// Time from which a frame of the CPU reference is announced [s].
+/// Least time of a frame of the CPU reference that is announced [s].
 const LONG: f64 = 10.0;
 
 pub(crate) fn run(arguments: &RenderArguments, clock: &WallClock) -> Result<(), Failure> {
@@ -32,10 +33,10 @@ pub(crate) fn run(arguments: &RenderArguments, clock: &WallClock) -> Result<(), 
     load.start = false;
     let mut scene = scene::load_as(&arguments.scene, &load)?;
     files::warn(&scene.notes);
-    // A picture beside maps is made of them.
+    // A picture beside maps is made from them.
     scene.shadow.detail &= !arguments.maps;
     let pixels = u64::from(scene.camera.size.element_product());
-    // The CPU sees what is in the layers.
+    // The CPU reference makes the layers.
     let backend_is_cpu = arguments.layers || arguments.device.backend() == Backend::Cpu;
     let points = if arguments.layers { pixels } else { 0 };
     Needs { maps: arguments.maps, picture: true, points, backend_is_cpu }.check(&scene)?;
@@ -47,6 +48,8 @@ pub(crate) fn run(arguments: &RenderArguments, clock: &WallClock) -> Result<(), 
     let debug = arguments.debug();
     let options = RenderOptions {
         maps: arguments.maps,
+        // Layers are made of further maps.
+        curves_stay: !arguments.layers,
         keep: true,
         light: arguments.exr,
         debug: &debug,
@@ -87,7 +90,7 @@ pub(crate) fn run(arguments: &RenderArguments, clock: &WallClock) -> Result<(), 
         counts,
         is_announced: false,
     };
-    // A preview's frames are in order.
+    // A preview needs its frames in order.
     let may_wait = arguments.preview.is_some();
     let mut others = Vec::new();
     for index in frames {
@@ -95,7 +98,7 @@ pub(crate) fn run(arguments: &RenderArguments, clock: &WallClock) -> Result<(), 
             others.push(index);
         }
     }
-    // Frames of other processes: done by now, or left by one that was killed.
+    // Frames of other processes: done by now, or left by a killed one.
     for index in others {
         job.frame(index, true)?;
     }
@@ -122,12 +125,13 @@ fn check(arguments: &RenderArguments) -> Result<(), Failure> {
     Err(Failure::Usage(message.to_owned()))
 }
 
-/// What a job warns of in the end.
+/// Counts for the warnings at the end of a job.
 #[derive(Default)]
 struct Counts {
     shrunk: u64,
+    nodes_dropped: u64,
     unmasked: u64,
-    /// The most of a frame.
+    /// The most of any frame.
     skipped: Skipped,
 }
 
@@ -138,20 +142,20 @@ struct Job<'a> {
     renderer: Renderer,
     options: RenderOptions<'a>,
     light_names: Vec<String>,
-    /// Of the sidecars, if there are any.
+    /// Digest of the inputs, for sidecars.
     inputs: Option<String>,
-    /// Temporary files of frames, from before this run.
+    /// Temporary files of frames from before this run.
     strays: Vec<PathBuf>,
     preview: Option<Preview>,
     progress: ProgressBar,
     counts: Counts,
-    /// Whether it has been said how long frames take.
+    /// Whether the time per frame has been announced.
     is_announced: bool,
 }
 
 impl Job<'_> {
-    /// Renders a frame, unless it exists already. Returns whether it is there: not if another process writes it, and
-    /// this one may not wait for that.
+    /// Renders a frame, unless it exists already. Returns whether it exists now: not if another process
+    /// writes it and `may_wait` is false.
     fn frame(&mut self, index: u32, may_wait: bool) -> Result<bool, Failure> {
         if stop::is_stopped() {
             return Err(Failure::Stopped { frame: index });
@@ -163,7 +167,8 @@ impl Job<'_> {
             }
             return Ok(true);
         }
-        // With sidecars one process renders a frame, and all others go on; without, each renders it.
+        // With sidecars one process renders a frame, and all others go on; without them each process renders
+        // it.
         let mut claim = None;
         if self.inputs.is_some() {
             claim = if may_wait { Some(self.wait(index)?) } else { self.claim(index)? };
@@ -179,6 +184,7 @@ impl Job<'_> {
         self.announce(seconds);
         let frame = self.renderer.render_at(&mut self.scene, seconds, step, &self.options)?;
         self.counts.shrunk = self.counts.shrunk.max(frame.counters.shrunk);
+        self.counts.nodes_dropped = self.counts.nodes_dropped.max(frame.counters.nodes_dropped);
         self.counts.unmasked = self.counts.unmasked.max(frame.counters.unmasked_lights);
         for (reason, &count) in &frame.counters.skipped {
             let most = self.counts.skipped.entry(reason).or_default();
@@ -203,7 +209,7 @@ impl Job<'_> {
         Ok(true)
     }
 
-    /// Says before the first frame, which is at a time [s], how long the CPU reference will take.
+    /// Announces the CPU reference's time before the first frame, which is at a time [s].
     fn announce(&mut self, seconds: f64) {
         if std::mem::replace(&mut self.is_announced, true) || self.renderer.has_device() {
             return;
@@ -221,13 +227,14 @@ impl Job<'_> {
                 _ => format!("{:.0} h", estimate / 3600.0),
             };
             tracing::warn!(
-                "the CPU reference will take about {time} a frame: fewer samples, smaller maps and lights without a \
+                "the CPU reference will take about {time} a frame: fewer samples, smaller maps and \
+                 lights without a \
                  source take less"
             );
         }
     }
 
-    /// Layers of the frame that was rendered; `whole`: its light, `next`: the time of the next [s].
+    /// Layers of the rendered frame; `whole`: its light, `next`: the time of the next frame [s].
     fn layers(&mut self, whole: &[[f32; 3]], next: f64) -> Result<Vec<Channel>, Failure> {
         let next = (!self.scene.motions.is_empty()).then(|| {
             let mut scene = self.scene.clone();
@@ -237,7 +244,7 @@ impl Job<'_> {
         layers::of_scene(&mut self.renderer, &self.scene, whole, &self.light_names, next.as_ref())
     }
 
-    /// The right to write a frame's files; `None` while another process has it.
+    /// A claim to write a frame's files; `None` while another process holds it.
     fn claim(&self, index: u32) -> Result<Option<Claim>, Failure> {
         let claim = Claim::attempt(&self.arguments.out, &sidecar::stem(index))?;
         if let Some(claim) = &claim {
@@ -251,7 +258,7 @@ impl Job<'_> {
         Ok(claim)
     }
 
-    /// Waits for that right.
+    /// Waits for that claim.
     fn wait(&self, index: u32) -> Result<Claim, Failure> {
         loop {
             if let Some(claim) = self.claim(index)? {
@@ -264,7 +271,7 @@ impl Job<'_> {
         }
     }
 
-    /// Whether the frame exists, whole and of the same inputs; if so, it is reported.
+    /// Whether the frame exists, complete and from the same inputs; if so, it is reported.
     fn keeps(&mut self, index: u32) -> Result<bool, Failure> {
         let out = &self.arguments.out;
         let Some(inputs) = &self.inputs else { return Ok(false) };
@@ -296,7 +303,8 @@ impl Job<'_> {
             let write =
                 |name: &str, contents: Fill<'_>| files.fill(format!("{folder}/{name}"), contents);
             let scene = &self.scene;
-            maps::write(write, &frame.maps, &scene.lights, &self.light_names, scene.origin)?;
+            let left = |number, take: Take<'_>| self.renderer.read_curve(number, take);
+            maps::write(write, &frame.maps, left, &scene.lights, &self.light_names, scene.origin)?;
         }
         for (mode, image) in &frame.debug {
             files.write(format!("{stem}.{}.png", mode.name()), &maps::png(&image_of(image)))?;
@@ -306,7 +314,7 @@ impl Job<'_> {
             let bytes = exr::encode(&out.join(&name), &frame.picture, layers)?;
             files.write(name, &bytes)?;
         }
-        // Last, so that a picture implies that its frame is complete.
+        // Written last, so that a picture implies a complete frame.
         files.write(sidecar::picture(index), &maps::png(&image_of(&frame.picture)))?;
         match &self.inputs {
             Some(inputs) => files.finish(index, self.arguments.all_frames(), inputs),
@@ -323,7 +331,7 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Completes the preview, and warns of what was left out.
+    /// Completes the preview, and warns of inputs that were left out.
     fn finish(self) -> Result<(), Failure> {
         self.progress.finish_and_clear();
         if let (Some(preview), Some(path)) = (self.preview, &self.arguments.preview) {
@@ -332,13 +340,14 @@ impl Job<'_> {
                 output::print_name(path)?;
             }
         }
-        let Counts { shrunk, unmasked, skipped } = self.counts;
+        let Counts { shrunk, nodes_dropped, unmasked, skipped } = self.counts;
         if shrunk > 0 {
             tracing::warn!(
                 "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a \
                  smaller size for some lights, or a larger texel_budget of [shadow]"
             );
         }
+        curves::warn_of_nodes(&self.scene.shadow, nodes_dropped);
         if unmasked > 0 {
             tracing::warn!(
                 "{unmasked} lights are shaded without a mask: all are taken; raise the limit of [mask], or \
@@ -354,9 +363,9 @@ impl Job<'_> {
     }
 }
 
-/// Leaves emitters to the adapter, and says which it cannot simulate.
+/// Leaves emitters to the adapter, and reports those that it cannot simulate.
 fn leave_to_device(scene: &mut scene::Scene, renderer: &Renderer, simulation: SimulationName) {
-    /// Steps of particles for one frame from which a software adapter is quicker than the scene's own loop.
+    /// Number of particle steps per frame from which a software adapter is faster than the scene's own loop.
     const MANY_STEPS: u64 = 1 << 24;
     let Some(most) = renderer.most_simulated() else { return };
     let steps: u64 = scene.motions.iter().map(|motion| motion.most_steps()).sum();
@@ -364,7 +373,7 @@ fn leave_to_device(scene: &mut scene::Scene, renderer: &Renderer, simulation: Si
     if is_chosen && simulation != SimulationName::Cpu {
         files::warn(&scene.simulate_on_device(most));
     } else if simulation == SimulationName::Auto && steps >= MANY_STEPS {
-        // On the CPU they stay where they would be anyway.
+        // Emitters that it refuses stay on the CPU.
         let _ = scene.simulate_on_device(most);
     }
 }

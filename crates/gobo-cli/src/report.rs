@@ -6,9 +6,9 @@ use std::path::Path;
 
 /// One line of `--json`.
 #[derive(Serialize)]
-struct Report<'a> {
+struct FrameReport<'a> {
     frame: u32,
-    /// What lights with a size were given.
+    /// Texels and viewpoints chosen for lights with a size.
     soft: &'a [SoftLight],
     picture: std::borrow::Cow<'a, str>,
     #[serde(flatten)]
@@ -37,7 +37,7 @@ pub(super) fn json(
     soft: &[SoftLight],
     milliseconds: &[(&'static str, f64)],
 ) -> String {
-    let report = Report {
+    let report = FrameReport {
         frame: index,
         soft,
         picture: picture.to_string_lossy(),
@@ -51,7 +51,7 @@ pub(super) fn json(
     serde_json::to_string(&report).expect("plain data is JSON")
 }
 
-/// JSON entry of a frame that was skipped because it exists.
+/// JSON line of a frame that was skipped because it exists.
 pub(super) fn kept_json(index: u32, picture: &Path) -> String {
     let picture = picture.to_string_lossy();
     serde_json::json!({ "frame": index, "picture": picture, "kept": true }).to_string()
@@ -117,6 +117,7 @@ mod tests {
             "scattered",
             "overflowed",
             "shrunk",
+            "nodes_dropped",
             "cluster_lights",
             "clusters_overflowed",
             "masks",

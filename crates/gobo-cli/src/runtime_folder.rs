@@ -1,8 +1,8 @@
-//! `XDG_RUNTIME_DIR`, without which Mesa's drivers complain.
+//! `XDG_RUNTIME_DIR`: Mesa's drivers complain without it.
 
-/// Starts the program anew with a folder for sockets that is not there, where the environment names none: the layer of
-/// Mesa that sorts Vulkan's devices asks libwayland for a display at each start, and that prints an error without the
-/// variable. A process cannot safely change its own environment.
+/// Restarts the program with a socket folder that does not exist, if the environment names none: the Mesa
+/// layer that sorts Vulkan's devices asks libwayland for a display at each start, which prints an error
+/// without the variable. A process cannot safely change its own environment.
 #[cfg(target_os = "linux")]
 pub(crate) fn name_a_runtime_folder() {
     use std::{env, os::unix::process::CommandExt as _, path::Path, process::Command};
@@ -12,7 +12,7 @@ pub(crate) fn name_a_runtime_folder() {
     if let (false, Some(name), Ok(program)) = (is_named, arguments.next(), env::current_exe()) {
         let mut again = Command::new(program);
         again.arg0(name).args(arguments).env(VARIABLE, "/nonexistent");
-        // Returns where that fails: the lines are a nuisance, no fault.
+        // Returns only if that fails: the messages are a nuisance, not a fault.
         let _ = again.exec();
     }
 }

@@ -1,5 +1,5 @@
-//! `frame_0000.json`, beside a frame: the inputs of the frame and its files, so that a stopped job can be
-//! continued, and a damaged frame is found.
+//! `frame_0000.json`, beside a frame: the frame's inputs and files, so that a stopped job can be continued,
+//! and a damaged frame is found.
 use super::{
     arguments::RenderArguments,
     failure::Failure,
@@ -32,18 +32,18 @@ pub(super) struct Sidecar {
     /// SHA-256 of the scene, the options and the version.
     pub(super) inputs: String,
     /// Contents by path from the folder.
-    files: BTreeMap<String, Contents>,
+    files: BTreeMap<String, SidecarContents>,
 }
 
 #[derive(Debug, Deserialize, PartialEq, Serialize)]
-struct Contents {
+struct SidecarContents {
     bytes: u64,
     sha256: String,
 }
 
 /// Problem of a file of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fault {
+pub(super) enum SidecarFault {
     Missing,
     Damaged,
 }
@@ -76,24 +76,24 @@ impl Sidecar {
     }
 
     /// Files that have changed since they were written.
-    pub(super) fn faults(&self, dir: &Path) -> impl Iterator<Item = (&str, Fault)> {
+    pub(super) fn faults(&self, dir: &Path) -> impl Iterator<Item = (&str, SidecarFault)> {
         self.files.iter().filter_map(move |(name, expected)| {
             let fault = match expected.agrees(&dir.join(name)) {
                 Ok(true) => return None,
-                Ok(false) => Fault::Damaged,
-                Err(_) => Fault::Missing,
+                Ok(false) => SidecarFault::Damaged,
+                Err(_) => SidecarFault::Missing,
             };
             Some((name.as_str(), fault))
         })
     }
 }
 
-/// The files of a frame as they are written, for its sidecar.
+/// Records the files of a frame while they are written, for its sidecar.
 #[derive(Debug)]
 pub(super) struct FrameFiles<'a> {
     dir: &'a Path,
-    /// None if the frame gets no sidecar.
-    written: Option<BTreeMap<String, Contents>>,
+    /// `None` if the frame gets no sidecar.
+    written: Option<BTreeMap<String, SidecarContents>>,
 }
 
 impl<'a> FrameFiles<'a> {
@@ -106,7 +106,7 @@ impl<'a> FrameFiles<'a> {
         self.fill(name, &mut |out| out.write_all(bytes))
     }
 
-    /// Like [`Self::write`], of contents that are not in memory at once.
+    /// Like [`Self::write`], for contents that are not in memory at once.
     pub(super) fn fill(&mut self, name: String, contents: Fill<'_>) -> Result<(), Failure> {
         let path = self.dir.join(&name);
         let Some(written) = &mut self.written else { return output::fill(&path, contents) };
@@ -119,7 +119,7 @@ impl<'a> FrameFiles<'a> {
             Ok(())
         })?;
         let bytes = fs::metadata(&path).map_err(|source| Failure::file(&path, source))?.len();
-        written.insert(name, Contents { bytes, sha256: hex(digest.finalize()) });
+        written.insert(name, SidecarContents { bytes, sha256: hex(digest.finalize()) });
         Ok(())
     }
 
@@ -139,7 +139,7 @@ impl<'a> FrameFiles<'a> {
             inputs: inputs.to_owned(),
             files,
         };
-        // The names that it promises come first.
+        // The files that it promises are made durable first.
         if has_maps {
             files::sync_dir(&self.dir.join(maps(frame)));
             files::sync_dir(&self.dir.join("maps"));
@@ -164,14 +164,14 @@ pub(super) fn picture(frame: u32) -> String {
     stem(frame) + ".png"
 }
 
-/// The frame that a file or folder of this name is of: `frame_0001`, or that with an ending.
+/// The frame of a file or folder with this name: `frame_0001`, with or without an ending.
 pub(super) fn frame_of_any(name: &str) -> Option<u32> {
     let frame = name.strip_prefix("frame_")?.split('.').next()?.parse().ok()?;
     let rest = name.strip_prefix(&stem(frame))?;
     (rest.is_empty() || rest.starts_with('.')).then_some(frame)
 }
 
-/// Folder of a frame's maps, from that of its picture.
+/// Folder of a frame's maps, relative to that of its picture.
 pub(super) fn maps(frame: u32) -> String {
     format!("maps/{}", stem(frame))
 }
@@ -187,14 +187,15 @@ pub(super) fn frame_of(name: &str) -> Option<u32> {
     (format!("{frame:04}") == number).then_some(frame)
 }
 
-/// Whether a path from the folder is that of a file of one of these frames or, with `/` at its end, of a folder of such.
+/// Whether a path in the folder is that of a file of one of these frames; for a path that ends with `/`, of a
+/// folder with such files.
 pub(super) fn is_of_frames(name: &str, frames: &Range<u32>) -> bool {
     let own = name.strip_prefix("maps/").unwrap_or(name).split('/').next();
     let frame = own.and_then(frame_of_any);
     name == "maps/" || frame.is_some_and(|frame| frames.contains(&frame))
 }
 
-/// Whether a path from the folder is that of a file of a frame: beside its picture, or a map.
+/// Whether a path in the folder is that of a frame's file: beside its picture, or a map.
 fn is_of(name: &str, frame: u32) -> bool {
     let map = name.strip_prefix(&maps(frame)).and_then(|rest| rest.strip_prefix('/'));
     let beside = name.strip_prefix(&stem(frame)).and_then(|rest| rest.strip_prefix('.'));
@@ -204,7 +205,7 @@ fn is_of(name: &str, frame: u32) -> bool {
     map.or(beside).is_some_and(is_plain)
 }
 
-/// Refuses what a frame that is checked later cannot be written to.
+/// Refuses outputs that cannot be checked later, such as pipes.
 fn check_plain(path: &Path) -> Result<(), Failure> {
     match fs::symlink_metadata(path) {
         Ok(metadata) if !metadata.is_file() => {
@@ -223,7 +224,7 @@ fn plain(path: &Path) -> io::Result<fs::File> {
     Err(io::ErrorKind::NotFound.into())
 }
 
-impl Contents {
+impl SidecarContents {
     fn agrees(&self, path: &Path) -> io::Result<bool> {
         let mut file = plain(path)?;
         if file.metadata()?.len() != self.bytes {
@@ -235,13 +236,14 @@ impl Contents {
     }
 }
 
-/// Hash of everything that decides what frames look like, except the device, whose rounding may move a last
-/// bit, and the folder that the scene is in. Where emitters are simulated counts: such frames do not fit together. The scene is as before.
+/// Hash of everything that decides the look of frames, except the device, whose rounding may move a last bit,
+/// and the scene's folder. The simulation of emitters counts: frames of CPU and device do not fit together.
+/// The scene is unchanged afterwards.
 pub(super) fn inputs(scene: &mut Scene, arguments: &RenderArguments) -> String {
     let mut hash = Hash(Sha256::new());
     let RenderArguments { maps, exr, layers, fps, .. } = arguments;
     let debug = arguments.debug();
-    // They name files.
+    // Notes name files.
     let notes = take(&mut scene.notes);
     let names: Vec<String> = scene.textures.iter_mut().map(|it| take(&mut it.name)).collect();
     // Hashes every field of the scene, each number to its last bit.

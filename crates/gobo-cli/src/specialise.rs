@@ -1,17 +1,17 @@
 //! Overrides that stay open: names of SPIR-V's specialisation constants, which naga does not write.
 use gobo::stage::{
-    bin::WIDE_DISC_SEGMENT, buckets::BUCKET_PAIRS, features::Features, profile::Profile,
-    sort::Shape,
+    bin::WIDE_DISC_SEGMENT, buckets::BUCKET_PAIRS, features::Features, sort::Partition,
+    tuning::Tuning,
 };
 use std::collections::{BTreeMap, HashMap};
 
-/// Overrides that are no flags: their values are written.
+/// Overrides that are numbers and not flags: their values are resolved.
 const NUMBERS: [&str; 2] = ["NODES", "CELLS_AT_ONCE"];
 
 /// `SpecId` of each flag, the same in every kernel.
 pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
-    let profile = Profile {
-        shape: Shape::Wide,
+    let tuning = Tuning {
+        partition: Partition::Wide,
         disc_segment: WIDE_DISC_SEGMENT,
         bucket_pairs: BUCKET_PAIRS,
         scatter_tiny: true,
@@ -22,7 +22,7 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         interleaved: false,
         loaded: false,
     };
-    let flags = Features::NONE.constants().into_iter().chain(profile.constants());
+    let flags = Features::NONE.constants().into_iter().chain(tuning.constants());
     flags.map(|(name, _)| name).filter(|name| !NUMBERS.contains(name)).zip(0..)
 }
 
@@ -41,7 +41,7 @@ const OP_DECORATE: u32 = 71;
 const OP_COPY_OBJECT: u32 = 83;
 const SPEC_ID: u32 = 1;
 
-/// Private variables by these names become specialisation constants: what would load them copies the
+/// Private variables with these names become specialisation constants: each load becomes a copy of the
 /// constant.
 pub(crate) fn specialised(words: &[u32], ids: &BTreeMap<String, u32>) -> Vec<u32> {
     let mut flags = HashMap::new();
@@ -98,7 +98,7 @@ pub(crate) fn specialised(words: &[u32], ids: &BTreeMap<String, u32>) -> Vec<u32
     out
 }
 
-/// Each with its opcode.
+/// Instructions, each with its opcode.
 fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     let mut rest = words.get(HEADER..).unwrap_or_default();
     std::iter::from_fn(move || {

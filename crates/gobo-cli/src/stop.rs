@@ -1,4 +1,4 @@
-//! Stopping by signals, and an abort's status.
+//! Stops by signals, and the exit status of aborts.
 use super::failure::Failure;
 use std::{
     collections::BTreeSet,
@@ -11,20 +11,20 @@ use std::{
 };
 
 static STOPPED: AtomicBool = AtomicBool::new(false);
-/// Whether the command looks at [`is_stopped`].
+/// Whether the command polls [`is_stopped`].
 static IS_JOB: AtomicBool = AtomicBool::new(false);
-/// Files that are removed where a signal ends the program.
+/// Files that are removed when a signal ends the program.
 static TEMPORARIES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn temporaries() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A temporary file that a signal removes. Whoever makes it removes it otherwise, before this is dropped.
+/// A temporary file that a signal removes. Otherwise its maker removes it, before this is dropped.
 #[derive(Debug)]
 pub(super) struct Swept(PathBuf);
 
-/// Makes a temporary file: no signal comes between its making and its entry.
+/// Makes a temporary file: no signal comes between its creation and its registration.
 pub(super) fn swept<T>(make: impl FnOnce() -> io::Result<(T, PathBuf)>) -> io::Result<(T, Swept)> {
     let mut temporaries = temporaries();
     let (made, path) = make()?;
@@ -38,12 +38,12 @@ impl Drop for Swept {
     }
 }
 
-/// Listens for SIGINT, SIGTERM and SIGHUP, and their equivalents elsewhere: they end the program at once and leave no
-/// temporary files, but a job's first one, which the job ends by after the present frame.
+/// Listens for SIGINT, SIGTERM and SIGHUP, and their equivalents elsewhere. They end the program at once and
+/// remove its temporary files; only the first one during a job lets the present frame finish.
 pub(super) fn listen() -> Result<(), Failure> {
     handle(|| {
         if STOPPED.swap(true, Ordering::Relaxed) || !IS_JOB.load(Ordering::Relaxed) {
-            // Held until the end: nothing is made any more.
+            // Held until the end, so that no further file is made.
             let temporaries = temporaries();
             for path in &*temporaries {
                 let _ = fs::remove_file(path);
@@ -54,7 +54,7 @@ pub(super) fn listen() -> Result<(), Failure> {
     .map_err(|error| Failure::Wrong(format!("cannot listen for signals: {error}")))
 }
 
-/// Says that the command ends by itself once it [`is_stopped`].
+/// Declares that the command ends by itself once it [`is_stopped`].
 pub(super) fn begin_job() {
     IS_JOB.store(true, Ordering::Relaxed);
 }
@@ -68,7 +68,7 @@ fn handle(stop: impl Fn() + Send + 'static) -> io::Result<()> {
     use signal_hook::{consts, iterator::Signals};
     let ignored = ignored();
     let signals = [consts::SIGINT, consts::SIGTERM, consts::SIGHUP];
-    // What `nohup` and shells without jobs ignore stays so.
+    // Signals that `nohup`, or a shell without job control, made ignored stay ignored.
     let heeded = signals.into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
     let mut signals = Signals::new(heeded)?;
     std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
@@ -79,7 +79,7 @@ fn handle(stop: impl Fn() + Send + 'static) -> io::Result<()> {
     Ok(())
 }
 
-/// Signals that the program was started to ignore, a bit each from the first, where the system says so.
+/// Signals that the program was started to ignore, a bit each from the first, if the system tells.
 #[cfg(unix)]
 fn ignored() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -87,7 +87,7 @@ fn ignored() -> u64 {
     line.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok()).unwrap_or(0)
 }
 
-/// Without the exit handlers of drivers, whose threads still work.
+/// Exits without the exit handlers of drivers, whose threads are still running.
 #[cfg(unix)]
 fn exit() -> ! {
     signal_hook::low_level::exit(1)
@@ -103,8 +103,8 @@ fn exit() -> ! {
     std::process::exit(1)
 }
 
-/// Gives an abort the status of other failures. An allocation that fails aborts the program after a message:
-/// commands ask for memory first, but not for what libraries and drivers allocate.
+/// Gives aborts the exit status of other failures. A failed allocation aborts the program after a message:
+/// commands probe their own memory first, but not that of libraries and drivers.
 #[cfg(unix)]
 pub(crate) fn give_aborts_a_status() {
     use signal_hook::{consts::SIGABRT, flag::register_conditional_shutdown};
@@ -117,7 +117,7 @@ pub(crate) fn give_aborts_a_status() {
 #[cfg(not(unix))]
 pub(crate) fn give_aborts_a_status() {}
 
-/// Says nothing of panics of decoders, which are errors of the files that they read.
+/// Suppresses the messages of panics in decoders, which are reported as errors of their files.
 pub(crate) fn hush_decoders() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

@@ -1,4 +1,4 @@
-//! Layouts of the structs that kernels bind, for `frame.json`.
+//! Layouts of the structs in kernels' bindings, for `frame.json`.
 use gobo::{
     gpu::Kernel,
     records::{Caster, Field, GpuLayout, TriangleRecord},

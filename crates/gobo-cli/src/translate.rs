@@ -1,5 +1,5 @@
 //! Translation of a kernel to another shading language. Flags stay override constants if the language has
-//! such; other constants are resolved.
+//! them; other constants are resolved.
 use super::{
     specialise,
     values::Target,
@@ -60,7 +60,7 @@ impl Target {
     }
 }
 
-/// A kernel in the WGSL that a target is made from.
+/// A kernel in WGSL, the source of all targets.
 #[derive(Debug)]
 pub(crate) struct Kernel {
     name: String,
@@ -70,12 +70,12 @@ pub(crate) struct Kernel {
     pub(crate) constants: BTreeMap<String, f64>,
     /// Overrides that stay open, by their ids in SPIR-V.
     pub(crate) open: BTreeMap<String, u32>,
-    /// Size by binding: of a whole uniform, of an array's element [bytes].
+    /// Size by binding: of a whole uniform, or of an array's element [bytes].
     pub(crate) sizes: HashMap<u32, u64>,
 }
 
 impl Kernel {
-    /// Each closed `override` becomes a `const`: naga's own resolution leaves the lengths of workgroup
+    /// Turns each closed `override` into a `const`: naga's own resolution leaves the lengths of workgroup
     /// arrays open, and its WGSL loses them.
     pub(crate) fn new(
         name: &str,
@@ -85,7 +85,7 @@ impl Kernel {
     ) -> Result<Self, String> {
         let (mut constants, mut flags) = (BTreeMap::new(), BTreeMap::new());
         let overrides = parse(&wgsl)?.overrides;
-        // Lengths of arrays are nameless ones.
+        // Lengths of arrays are overrides without a name.
         for name in overrides.iter().filter_map(|(_, open)| open.name.as_deref()) {
             let (start, end, ty, usual) = declaration(&wgsl, name)
                 .ok_or_else(|| format!("the override {name} has no type"))?;
@@ -188,7 +188,7 @@ pub(crate) fn translate(kernel: &Kernel) -> Result<Translation, String> {
     Ok(Translation { source, entry_point, workgroup_size, features, sizes, slots })
 }
 
-/// WGSL as browsers want it, if they have all its features.
+/// WGSL with the `enable` directives that browsers want, if they know all its features.
 fn enabled(wgsl: &str, features: &[&str]) -> String {
     let head = if features == ["SUBGROUP"] { ENABLED } else { "" };
     format!("{head}{wgsl}")

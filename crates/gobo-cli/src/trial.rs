@@ -1,4 +1,4 @@
-//! `gobo info --try`: a small scene by an adapter and by the CPU reference, beside each other.
+//! `gobo info --try`: a small scene rendered by an adapter and by the CPU reference, compared.
 use super::{failure::Failure, files, stop, trial_scene::SCENE, values::DeviceArguments};
 use gobo::records::ViewMaps;
 use gobo_picture::{Frame, RenderOptions, Renderer};
@@ -7,21 +7,21 @@ use gobo_scene::Scene;
 use serde::Serialize;
 use std::{fmt::Write as _, io::Write as _};
 
-/// Difference of light that is no rounding: some eight times what software adapters differ by.
+/// Difference of light above rounding: some eight times that of software adapters.
 const LIGHT: f32 = 4e-3;
-/// The same of light depths.
+/// The same for light depths.
 const DEPTH: f32 = 1e-3;
-/// The same of a picture's channels [of 255].
+/// The same for a picture's channels [of 255].
 const STEPS: f32 = 6.0;
-/// Of so many texels rounding may decide one otherwise, whether an edge covers it.
+/// Rounding may decide one in this many texels otherwise, at an edge.
 const DECIDED: usize = 500;
 /// Depths at which curves are compared.
 const DEPTHS: u8 = 16;
-/// Most texels of a map that are named.
+/// Most wrong texels of a map that are listed.
 const NAMED: usize = 4;
 
 #[derive(Debug, Serialize)]
-struct Report {
+struct TrialReport {
     version: &'static str,
     /// Name, interface and tier.
     adapter: String,
@@ -69,7 +69,7 @@ impl Compared {
         let pairs = found.chunks_exact(channels).zip(expected.chunks_exact(channels));
         for (i, (found, expected)) in pairs.enumerate() {
             let differences = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
-            // What is no number is as far away as can be.
+            // A NaN counts as infinitely far.
             let difference = differences.fold(0.0, |most: f32, difference| {
                 if difference.is_nan() { f32::INFINITY } else { most.max(difference) }
             });
@@ -91,7 +91,7 @@ impl Compared {
     }
 }
 
-/// Prints whether the maps and the picture are those of the reference; fails if not.
+/// Prints whether the maps and the picture match the reference's; fails if not.
 pub(super) fn run(device: &DeviceArguments, json: bool) -> Result<(), Failure> {
     let mut renderer = device.renderer()?;
     let scene = scene()?;
@@ -101,7 +101,7 @@ pub(super) fn run(device: &DeviceArguments, json: bool) -> Result<(), Failure> {
     let compared = compared(&scene, &found, &expected);
     let trusted = compared.iter().all(Compared::is_right);
     let (version, adapter) = (env!("CARGO_PKG_VERSION"), renderer.device());
-    let report = Report { version, adapter, trusted, compared };
+    let report = TrialReport { version, adapter, trusted, compared };
     if json {
         files::print(&serde_json::to_string_pretty(&report).expect("plain data is JSON"))?;
     } else {
@@ -111,7 +111,8 @@ pub(super) fn run(device: &DeviceArguments, json: bool) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Wrong(format!(
-        "{} cannot be trusted: try a newer driver, another --adapter, or GOBO_TIER=core; --backend cpu needs none",
+        "{} cannot be trusted: try a newer driver, another --adapter, or GOBO_TIER=core; --backend cpu \
+         needs none",
         report.adapter
     )))
 }
@@ -161,7 +162,7 @@ fn compared(scene: &Scene, found: &Frame, expected: &Frame) -> Vec<Compared> {
     all
 }
 
-fn text(report: &Report) -> String {
+fn text(report: &TrialReport) -> String {
     let mut text = format!("tried {}\n", report.adapter);
     for compared in report.compared.iter().filter(|compared| compared.apart > 0) {
         let Compared { name, texels, apart, worst, .. } = compared;

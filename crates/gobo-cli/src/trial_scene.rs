@@ -1,4 +1,4 @@
-//! The scene of `gobo info --try`: casters of every kind under a light of every kind, with curves.
+//! The scene of `gobo info --try`: casters of all kinds under lights of all kinds, with curves.
 
 pub(super) const SCENE: &str = r#"
 [camera]

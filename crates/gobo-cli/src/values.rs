@@ -28,7 +28,7 @@ impl From<BackendName> for Backend {
     }
 }
 
-// Options that several commands have: a comment for the help would replace that of the command.
+// Options shared by several commands: a doc comment would replace the command's help.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct DeviceArguments {
     /// The interface to the hardware

@@ -1,8 +1,8 @@
-//! `gobo verify`: checks that all frames of a job exist, belong together and are as they were written.
+//! `gobo verify`: checks that all frames of a job exist, belong together and are unchanged.
 use super::{
     failure::Failure,
     files::{self, entries},
-    sidecar::{Fault, Sidecar, frame_of, frame_of_any, maps, stem},
+    sidecar::{Sidecar, SidecarFault, frame_of, frame_of_any, maps, stem},
     values::DebugName,
 };
 use clap::ValueEnum as _;
@@ -13,7 +13,7 @@ use std::{
     path::Path,
 };
 
-/// Prints a line for each frame that must be rendered again, and one for each run of frames that are missing.
+/// Prints a line for each frame that must be rendered again, and one for each run of missing frames.
 pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
     let entries = entries(dir)?;
     let names: HashSet<&str> =
@@ -48,8 +48,8 @@ pub(crate) fn run(dir: &Path) -> Result<(), Failure> {
                 Some("is of another scene, other options or another version than most".to_owned())
             }
             Some(sidecar) => sidecar.faults(dir).next().map(|(name, fault)| match fault {
-                Fault::Missing => format!("lacks {name}"),
-                Fault::Damaged => format!("has a damaged {name}"),
+                SidecarFault::Missing => format!("lacks {name}"),
+                SidecarFault::Damaged => format!("has a damaged {name}"),
             }),
         };
         if let Some(problem) = problem {
@@ -90,7 +90,7 @@ fn identity(sidecar: &Sidecar) -> (&str, &str) {
     (&sidecar.gobo, &sidecar.inputs)
 }
 
-/// Identity of most frames; of as many, that of the first one.
+/// Identity of most frames; in a tie, that of the first.
 fn job(sidecars: &BTreeMap<u32, Option<Sidecar>>) -> Option<(&str, &str)> {
     let mut counts = HashMap::new();
     for (&frame, sidecar) in sidecars {
@@ -101,7 +101,7 @@ fn job(sidecars: &BTreeMap<u32, Option<Sidecar>>) -> Option<(&str, &str)> {
     counts.into_iter().max_by_key(|&(_, count)| count).map(|(job, _)| job)
 }
 
-/// Says which frames are missing, up to `end`, and how many.
+/// Reports missing frames up to `end`, and returns their number.
 fn missing(first: u32, end: u32) -> Result<u64, Failure> {
     match end - first {
         0 => {}
@@ -111,7 +111,7 @@ fn missing(first: u32, end: u32) -> Result<u64, Failure> {
     Ok(u64::from(end - first))
 }
 
-/// Frames of which there is a file or a folder of maps.
+/// Frames with a file or a folder of maps.
 fn pictured(dir: &Path, names: &HashSet<&str>) -> BTreeSet<u32> {
     // Without maps there is no such folder.
     let maps = fs::read_dir(dir.join("maps")).into_iter().flatten().flatten();
@@ -119,14 +119,14 @@ fn pictured(dir: &Path, names: &HashSet<&str>) -> BTreeSet<u32> {
     names.iter().filter_map(|name| frame_of_any(name)).chain(maps).collect()
 }
 
-/// Files where a frame has its own that it did not write.
+/// Files in a frame's places that it did not write.
 fn strays(dir: &Path, frame: u32, sidecar: &Sidecar, names: &HashSet<&str>) -> Vec<String> {
     let mut strays = own(dir, frame, names);
     strays.retain(|name| !sidecar.names(name));
     strays
 }
 
-/// Files where a frame has its own.
+/// Files in a frame's places.
 fn own(dir: &Path, frame: u32, names: &HashSet<&str>) -> Vec<String> {
     let stem = stem(frame);
     let modes = DebugName::value_variants().iter().map(|&mode| DebugMode::from(mode).name());

@@ -1,4 +1,4 @@
-//! The wall clock of a command, by what its main thread does.
+//! Phases of a command on the wall clock, by the spans of its main thread.
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread::{self, ThreadId},
@@ -10,11 +10,11 @@ use tracing_subscriber::{
     registry::LookupSpan,
 };
 
-/// What is in no span.
+/// Phase outside all spans.
 const OTHER: &str = "other";
 
-/// Gives each moment of the thread that starts it to the innermost span which that thread is in. So the phases add up to
-/// the time that has passed.
+/// Assigns each moment of the thread that starts it to the innermost span of that thread, so that the phases
+/// add up to the elapsed time.
 #[derive(Clone)]
 pub(crate) struct WallClock {
     thread: ThreadId,
@@ -22,7 +22,7 @@ pub(crate) struct WallClock {
 }
 
 struct State {
-    /// Moment up to which the time is given away.
+    /// Moment up to which time is assigned.
     until: Instant,
     /// Names of the spans that the thread is in.
     spans: Vec<&'static str>,
@@ -31,7 +31,7 @@ struct State {
 }
 
 impl State {
-    /// Gives the time up to this moment to the innermost span.
+    /// Assigns the time up to now to the innermost span.
     fn settle(&mut self) {
         let now = Instant::now();
         let ms = now.duration_since(self.until).as_secs_f64() * 1e3;

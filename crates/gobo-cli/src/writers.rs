@@ -18,8 +18,8 @@ const BOUNDS: BoundsCheckPolicies = BoundsCheckPolicies {
     binding_array: BoundsCheckPolicy::Restrict,
 };
 
-/// The same where devices check buffers and images, as wgpu has it on Vulkan: checks of a load's place would double
-/// the code of some kernels.
+/// The same where devices check buffers and images, as wgpu assumes on Vulkan: checks of the address of each
+/// load would double the code of some kernels.
 const ROBUST: BoundsCheckPolicies = BoundsCheckPolicies {
     index: BoundsCheckPolicy::Restrict,
     buffer: BoundsCheckPolicy::Unchecked,
@@ -33,21 +33,21 @@ pub(crate) struct BufferSizes {
     buffers: Vec<String>,
 }
 
-pub(super) type Written = (Vec<u8>, String, Option<BufferSizes>);
+pub(super) type Exported = (Vec<u8>, String, Option<BufferSizes>);
 
 pub(super) fn spirv(
     module: &Module,
     info: &ModuleInfo,
     name: &str,
     open: &BTreeMap<String, u32>,
-) -> Result<Written, String> {
+) -> Result<Exported, String> {
     let options = back::spv::Options {
         // The first version with subgroup operations: Vulkan 1.1.
         lang_version: (1, 3),
-        // With names, by which those are found that stay open.
+        // With names, which identify the constants that stay open.
         flags: back::spv::WriterFlags::LABEL_VARYINGS | back::spv::WriterFlags::DEBUG,
         bounds_check_policies: ROBUST,
-        // naga's own zeroing stores each word: some compilers take minutes for that.
+        // naga's own zeroing stores each word, which takes some compilers minutes.
         zero_initialize_workgroup_memory: back::spv::ZeroInitializeWorkgroupMemoryMode::Native,
         ..Default::default()
     };
@@ -61,7 +61,7 @@ pub(super) fn spirv(
     Ok((words.iter().flat_map(|word| word.to_le_bytes()).collect(), name.to_owned(), None))
 }
 
-pub(super) fn hlsl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Written, String> {
+pub(super) fn hlsl(module: &Module, info: &ModuleInfo, name: &str) -> Result<Exported, String> {
     let options = back::hlsl::Options {
         // The first model with wave operations.
         shader_model: back::hlsl::ShaderModel::V6_0,
@@ -82,10 +82,10 @@ pub(super) fn msl(
     info: &ModuleInfo,
     name: &str,
     slots: &Slots,
-) -> Result<Written, String> {
+) -> Result<Exported, String> {
     let slots = resources(module).into_iter().map(|Bound { at: binding, kind, mutable }| {
         let slot = slots.get(&binding.binding).copied();
-        let is_texture = matches!(kind, Kind::Texture | Kind::Image);
+        let is_texture = matches!(kind, SlotKind::Texture | SlotKind::Image);
         let (buffer, texture) = if is_texture { (None, slot) } else { (slot, None) };
         (binding, back::msl::BindTarget { buffer, texture, mutable, ..Default::default() })
     });
@@ -124,7 +124,7 @@ pub(super) fn glsl(
     info: &ModuleInfo,
     name: &str,
     slots: &Slots,
-) -> Result<Written, String> {
+) -> Result<Exported, String> {
     let slot = |bound: &Bound| Some((bound.at, *slots.get(&bound.at.binding)?));
     let bindings = resources(module).iter().filter_map(slot).collect();
     let options = back::glsl::Options {
@@ -148,7 +148,7 @@ pub(super) fn glsl(
 pub(super) type Slots = HashMap<u32, u8>;
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Kind {
+enum SlotKind {
     Uniform,
     Storage,
     Texture,
@@ -158,8 +158,8 @@ enum Kind {
 
 struct Bound {
     at: ResourceBinding,
-    kind: Kind,
-    /// Whether it is written.
+    kind: SlotKind,
+    /// Whether the kernel writes it.
     mutable: bool,
 }
 
@@ -171,11 +171,11 @@ fn resources(module: &Module) -> Vec<Bound> {
     let globals = module.global_variables.iter().filter_map(|(_, global)| {
         let (kind, mutable) = match (&module.types[global.ty].inner, global.space) {
             (&TypeInner::Image { class: ImageClass::Storage { access, .. }, .. }, _) => {
-                (Kind::Image, writes(access))
+                (SlotKind::Image, writes(access))
             }
-            (TypeInner::Image { .. }, _) => (Kind::Texture, false),
-            (_, AddressSpace::Storage { access }) => (Kind::Storage, writes(access)),
-            _ => (Kind::Uniform, false),
+            (TypeInner::Image { .. }, _) => (SlotKind::Texture, false),
+            (_, AddressSpace::Storage { access }) => (SlotKind::Storage, writes(access)),
+            _ => (SlotKind::Uniform, false),
         };
         Some(Bound { at: global.binding?, kind, mutable })
     });
@@ -186,11 +186,11 @@ fn resources(module: &Module) -> Vec<Bound> {
 
 /// Slots of the resources: MSL counts buffers and textures, GLSL each kind.
 pub(super) fn slots(module: &Module, target: Target) -> Slots {
-    let mut counts = HashMap::<Kind, u8>::new();
+    let mut counts = HashMap::<SlotKind, u8>::new();
     let mut slot = |bound: Bound| {
         let kind = match (target, bound.kind) {
-            (Target::Msl, Kind::Uniform) => Kind::Storage,
-            (Target::Msl, Kind::Image) => Kind::Texture,
+            (Target::Msl, SlotKind::Uniform) => SlotKind::Storage,
+            (Target::Msl, SlotKind::Image) => SlotKind::Texture,
             (_, kind) => kind,
         };
         let count = counts.entry(kind).or_default();

@@ -12,22 +12,22 @@ use gobo::{
 };
 use std::sync::Arc;
 
-/// Emitters of a scene, and what of them has been loaded.
+/// Emitters of a scene, and the particles that were loaded.
 #[derive(Debug, Default)]
 pub(super) struct DeviceEmitters {
     flying: Vec<(Arc<Emitter>, Simulation)>,
-    /// Emissions whose particles are among the casters, and the set of these.
+    /// Emissions whose particles are among the casters, and the set of these particles.
     loaded: Vec<Emission>,
     set: Option<u64>,
     pub(super) slots: Vec<EmittedSlots>,
-    /// Loaded particles that were left out: they are too far away.
+    /// Particles that were not loaded: they are too far away.
     pub(super) left_out: u64,
     pub(super) memory: Memory,
 }
 
 impl GpuEngine {
-    /// Simulates the scene's emitters up to its time, and loads their particles. Before views are fitted:
-    /// waits for the box around each 256 particles.
+    /// Simulates the scene's emitters up to its time, and loads their particles. Called before views are
+    /// fitted: waits for the box around each 256 particles.
     pub(super) fn emit(&mut self, scene: &Scene) -> Result<(), Error> {
         if scene.emissions.is_empty() {
             self.emitters = DeviceEmitters::default();
@@ -72,8 +72,8 @@ impl GpuEngine {
         Ok(())
     }
 
-    /// Advances each emitter to its step. An earlier one, or one so much later that no particle is still
-    /// alive, begins where the oldest that may be alive starts: the result is the same.
+    /// Advances each emitter to its step. For an earlier step, or one so much later that no particle is still
+    /// alive, it starts again where the oldest particle that may be alive starts: the result is the same.
     fn fly(&mut self, scene: &Scene) -> Result<(), Error> {
         let Self { gpu, shadows, work, emitters, .. } = self;
         let same = emitters.flying.iter().map(|(emitter, _)| emitter);

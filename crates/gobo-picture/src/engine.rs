@@ -2,7 +2,8 @@
 use super::{
     Frame, RenderOptions,
     emitters::DeviceEmitters,
-    read_maps::read_maps,
+    read_maps::{DeviceCurves, read_maps},
+    watch::tell,
     work::{Stages, Work},
 };
 use crate::picture::{
@@ -36,6 +37,8 @@ pub(super) struct GpuEngine {
     has_counted: bool,
     /// State of the previous picture.
     kept: Kept,
+    /// Curves that stayed on the device.
+    pub(super) curves: Option<DeviceCurves>,
 }
 
 type Record = fn(&PreparedPicture, &mut wgpu::CommandEncoder, &mut Timeline);
@@ -63,10 +66,12 @@ impl GpuEngine {
         let work = Work::new(&gpu);
         let (emitters, kept) = (DeviceEmitters::default(), Kept::default());
         let (capacity, has_counted) = (None, false);
-        Ok(Self { gpu, shadows, work, emitters, capacity, drawn: 0, grown: 0, has_counted, kept })
+        let (drawn, grown, curves) = (0, 0, None);
+        Ok(Self { gpu, shadows, work, emitters, capacity, drawn, grown, has_counted, kept, curves })
     }
 
-    /// What the device reported first: without memory for a texture, the error is that it cannot be bound.
+    /// First error that the device reported: without memory for a texture, a later error only says that it
+    /// cannot be bound.
     pub(super) fn cause_of(&self, error: Error) -> Error {
         self.gpu.check().err().unwrap_or(error)
     }
@@ -82,8 +87,9 @@ impl GpuEngine {
 
     fn frame(&mut self, scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Error> {
         self.shadows.configure(|config| config.toggles.sums = options.sums);
-        // Those of a frame that failed.
+        // Times of a frame that failed.
         self.work.take();
+        self.curves = None;
         let before = self.repeats();
         self.emit(scene)?;
         let limits = AtlasLimits::of(&self.gpu.device.limits());
@@ -104,10 +110,15 @@ impl GpuEngine {
         let maps = if options.maps {
             let owners = self.shadows.casters()?.owners;
             let caustics = prepared.caustics.as_ref();
-            read_maps(&self.gpu, prepared.maps(), &views, owners, caustics, options)?
+            let curves = DeviceCurves::of(prepared.maps(), &views, options);
+            let (maps, of_device) = (prepared.maps(), curves.as_ref());
+            let maps = read_maps(&self.gpu, maps, &views, owners, caustics, options, of_device)?;
+            self.curves = curves.filter(|_| options.curves_stay);
+            maps
         } else {
             Vec::new()
         };
+        tell(options.watch, 1, options.samples(scene) + 1)?;
         let mut skipped = scene.skipped.clone();
         if self.emitters.left_out > 0 {
             *skipped.entry(moved::PARTICLE).or_default() += self.emitters.left_out;
@@ -165,7 +176,9 @@ impl GpuEngine {
             picture.light = self.read_light(&shown)?;
         }
         if has_more {
-            picture = self.shade_samples(lit, whole, budget, picture.light)?;
+            picture = self.shade_samples(lit, whole, budget, picture.light, options)?;
+        } else {
+            tell(options.watch, 1, 1)?;
         }
         self.kept.slots = shown.slots().former(scene.lights.iter());
         let clusters = shown.read_cluster_counters(&self.gpu)?;
@@ -185,7 +198,8 @@ impl GpuEngine {
         Ok(())
     }
 
-    /// Counts of all frames: maps whose levels were made, drawings of pictures, capacities that were too small.
+    /// Counts over all frames: maps whose levels were made, drawings of pictures, and capacities that were
+    /// too small.
     fn repeats(&self) -> [u64; 3] {
         [self.shadows.levels_made(), self.drawn, self.grown]
     }
@@ -214,7 +228,7 @@ impl GpuEngine {
         self.has_counted = false;
     }
 
-    /// Renders the maps until their pairs fit. `ahead` requests kernels that are compiled meanwhile.
+    /// Renders the maps until their pairs fit. `ahead` requests kernels that compile meanwhile.
     pub(super) fn shade_maps(
         &mut self,
         scene: &Scene,
@@ -257,14 +271,19 @@ impl GpuEngine {
         Ok(radiance.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
     }
 
-    /// Mean over all samples per pixel of `camera`; `first`: the light of the first sample.
+    /// Mean over all samples per pixel of `camera`; `first`: light of the first sample.
     fn shade_samples(
         &mut self,
         lit: &Lit<'_>,
         camera: &View,
         budget: u32,
         first: Vec<[f32; 3]>,
+        options: &RenderOptions<'_>,
     ) -> Result<Picture, Error> {
+        // The maps are the first part.
+        let parts = options.samples(lit.scene) + 1;
+        let mut done = 2;
+        tell(options.watch, done, parts)?;
         let mut mean = reference::MeanPicture::new(lit.scene);
         let add = |mean: &mut reference::MeanPicture, light: Vec<[f32; 3]>| {
             let _phase = tracing::debug_span!("read_back").entered();
@@ -275,13 +294,15 @@ impl GpuEngine {
             let lit = Lit { camera, ..lit.clone() };
             let (shown, ..) = self.shade_whole_picture(&lit, budget)?;
             add(&mut mean, self.read_light(&shown)?);
+            done += 1;
+            tell(options.watch, done, parts)?;
         }
         let _phase = tracing::debug_span!("read_back").entered();
         Ok(mean.picture())
     }
 
-    /// The complete picture, the capacities that it was prepared with, and how many casters did not fit at
-    /// once.
+    /// The complete picture, the capacities that it was prepared with, and the number of casters that did not
+    /// fit at once.
     fn shade_whole_picture(
         &mut self,
         lit: &Lit<'_>,

@@ -1,4 +1,4 @@
-//! How long the CPU reference will take.
+//! Estimates of the CPU reference's time.
 use super::{Engine, Renderer};
 use glam::{UVec2, Vec3};
 use gobo::{
@@ -19,8 +19,8 @@ impl Renderer {
         matches!(self.engine, Engine::Gpu(_))
     }
 
-    /// Seconds that the CPU reference will take for a frame of the scene, mostly within a factor of three: from counts of its
-    /// work, and the time of a small scene that it renders here. `None` with a device.
+    /// Seconds that the CPU reference will take for a frame of the scene, mostly within a factor of three,
+    /// from counts of its work and the time of a small scene that it renders here. `None` with a device.
     pub fn estimate(&self, scene: &Scene) -> Option<f64> {
         if self.has_device() {
             return None;
@@ -37,7 +37,7 @@ impl Renderer {
     }
 }
 
-/// Work of a frame, as [`Effort`] has it.
+/// Work of a frame, in the units of [`Effort`].
 fn work(scene: &Scene) -> f64 {
     let (views, _) = picture_views(scene, &AtlasLimits::CORE);
     let Effort { maps, sample } = Effort::new(scene, &views);

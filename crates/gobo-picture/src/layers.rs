@@ -1,4 +1,4 @@
-//! What a compositor asks for beside a picture's light.
+//! Layers that a compositor needs beside a picture's light.
 use super::{Renderer, check, without_emissions};
 use glam::Vec3;
 use gobo::{
@@ -14,16 +14,17 @@ pub use gobo_reference::Surface;
 pub struct SurfaceLayers {
     /// Mean of the samples' albedos, with 0 where there is no surface: linear rgb.
     pub albedo: Vec<[f32; 3]>,
-    /// For each light the mean of its shares that reach the surfaces of the samples: linear rgb, 1 where nothing is in
-    /// between, or no surface.
+    /// For each light, the mean of its shares that reach the surfaces of the samples: linear rgb, 1 where
+    /// nothing is in between, or without a surface.
     pub shadows: Vec<Vec<[f32; 3]>>,
     /// Surfaces of the first sample.
     pub first: Vec<Option<Surface>>,
 }
 
 impl Renderer {
-    /// Data of the opaque surfaces that the picture of a scene shows, by the CPU reference, and the light that reaches them
-    /// through the picture's maps. `next`: the scene at the next frame, for [`Surface::motion`].
+    /// Data of the opaque surfaces that the picture of a scene shows, by the CPU reference, and the light
+    /// that reaches them through the picture's maps. `next`: the scene at the next frame, for
+    /// [`Surface::motion`].
     ///
     /// # Errors
     /// Those of [`Self::render`], and for emitters that are left to a device.

@@ -12,6 +12,7 @@ mod points;
 mod read_maps;
 mod relight;
 pub mod stage;
+mod watch;
 mod work;
 
 use engine::GpuEngine;
@@ -28,11 +29,13 @@ use gobo::{
     view::{atlas::AtlasLimits, picture_views, shadow_views},
 };
 use gobo_reference as reference;
+use watch::tell;
 use work::{Stages, add_all};
 
 pub use layers::{Surface, SurfaceLayers};
 pub use points::PointLookUp;
 pub use relight::set_to_relight;
+pub use watch::Watch;
 
 pub use crate::picture::debug::DebugMode;
 pub use gobo::{
@@ -43,7 +46,7 @@ pub use gobo::{
 /// Results of one frame, and their costs.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// The rendered picture; of no pixels if only maps are requested.
+    /// The rendered picture; without pixels if only maps are requested.
     pub picture: Picture,
     /// Debug pictures that were requested.
     pub debug: Vec<(DebugMode, Picture)>,
@@ -51,7 +54,7 @@ pub struct Frame {
     pub maps: Vec<ViewMaps>,
     /// Counters of the frame.
     pub counters: Counters,
-    /// Stage and its time \[ms\], in order: of all that was submitted for the frame, `picture` of all its samples.
+    /// Stage and its time \[ms\], in order, for all work of the frame; `picture` sums all its samples.
     pub stages: Vec<(&'static str, f64)>,
     /// Stage of the picture and its time \[ms\]; their sum is that of `picture`.
     pub picture_stages: Vec<(&'static str, f64)>,
@@ -66,24 +69,36 @@ pub struct RenderOptions<'a> {
     pub maps: bool,
     /// Light whose maps are read back, if `maps` is set; all lights when `None`.
     pub maps_of: Option<usize>,
-    /// Whether the maps read back are [`ViewMaps::sums`] and opaque depths only, which sums of other casters can be added
-    /// to. The maps have no filters then, and no picture should be rendered.
+    /// Whether the maps read back are [`ViewMaps::sums`] and opaque depths only, to which sums of other
+    /// casters can be added. The maps then have no filters, and no picture should be rendered.
     pub sums: bool,
+    /// Whether the device's curves are left there, for [`Renderer::read_curve`]: those of the frame's maps
+    /// have no texels. The CPU reference returns them all.
+    pub curves_stay: bool,
     /// Whether maps stay on the device for the next frame, which then renders only the views that see a
     /// change. The CPU reference renders all views in any case.
     pub keep: bool,
-    /// The only sample of each pixel that is rendered, of those of the scene; all of them when `None`.
+    /// The only sample of each pixel to render, of the scene's samples; all of them when `None`.
     pub sample: Option<u32>,
-    /// Whether to read back the picture's linear light, before exposure and tone curve; the CPU reference always
-    /// returns it.
+    /// Whether to read back the picture's linear light, before exposure and tone curve; the CPU reference
+    /// always returns it.
     pub light: bool,
     /// Debug pictures. The CPU reference has none.
     pub debug: &'a [DebugMode],
-    /// Whether no picture is rendered: it and what it counts are then empty.
+    /// Whether no picture is rendered; the picture and its counters are then empty.
     pub maps_only: bool,
+    /// Asked after the maps and after each sample of a picture: of the CPU reference after the maps and at
+    /// the end.
+    pub watch: Option<Watch<'a>>,
 }
 
 impl RenderOptions<'_> {
+    /// Samples that are rendered.
+    fn samples(&self, scene: &Scene) -> u32 {
+        let all = scene.samples.clamp(1, MAX_SAMPLES);
+        if self.maps_only { 0 } else { self.sample.map_or(all, |_| 1) }
+    }
+
     /// Whether the maps of a view are requested.
     fn shows(&self, view: &View) -> bool {
         self.maps_of.is_none() || self.maps_of == view.light
@@ -181,8 +196,9 @@ impl Renderer {
         }
     }
 
-    /// Renders the frame at a time: where the scene's shutter is open, each sample at its own time around it, in order.
-    /// The maps and counters are those of the middle sample, the times those of all. `seconds`: from the start; `step`: between two frames \[s\].
+    /// Renders the frame at a time. Where the scene's shutter is open, each sample is rendered at its own
+    /// time around it, in order; the maps and counters are those of the middle sample, the times the sum over
+    /// all. `seconds`: from the start; `step`: between two frames \[s\].
     ///
     /// # Errors
     /// Those of [`Self::render`].
@@ -206,11 +222,13 @@ impl Renderer {
             let part = (f64::from(sample) + 0.5) / f64::from(count) - 0.5;
             scene.set_time((seconds + open * part).max(0.0));
             let mut sample_options =
-                RenderOptions { light: true, sample: Some(sample), ..*options };
+                RenderOptions { light: true, sample: Some(sample), watch: None, ..*options };
             let is_middle = sample == count / 2;
             if !is_middle {
                 (sample_options.maps, sample_options.debug) = (false, &[]);
             }
+            // The next sample has its own.
+            sample_options.curves_stay = false;
             let mut frame = self.render(scene, &sample_options)?;
             add_all(&mut stages, std::mem::take(&mut frame.stages));
             add_all(&mut picture_stages, std::mem::take(&mut frame.picture_stages));
@@ -219,10 +237,31 @@ impl Renderer {
             if is_middle {
                 shown = Some(frame);
             }
+            tell(options.watch, sample + 1, count)?;
         }
         let frame = shown.expect("some sample is in the middle");
         let _phase = tracing::debug_span!("read_back").entered();
         Ok(Frame { picture: mean.picture(), stages, picture_stages, ..frame })
+    }
+
+    /// Gives the texels of curves of the last frame that stayed on the device
+    /// ([`RenderOptions::curves_stay`]) in turn, some rows at a time; nothing where none stayed. `number`:
+    /// that of the view in the frame's maps.
+    ///
+    /// # Errors
+    /// Those of `take`, and [`Error::Lost`] and [`Error::Memory`] of the device.
+    pub fn read_curve<E: From<Error>>(
+        &self,
+        number: usize,
+        take: impl FnMut(&CurveMap) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match &self.engine {
+            Engine::Gpu(engine) => engine
+                .curves
+                .as_ref()
+                .map_or(Ok(()), |curves| curves.read(&engine.gpu, number, take)),
+            Engine::Cpu => Ok(()),
+        }
     }
 
     /// Renders one frame.
@@ -266,10 +305,13 @@ fn render_on_cpu(scene: &Scene, options: &RenderOptions<'_>) -> Result<Frame, Er
     let maps_ms = clock.elapsed().as_secs_f64() * 1e3;
     let mut stages = vec![("maps", maps_ms)];
     let mut picture = Picture::default();
+    let parts = options.samples(scene) + 1;
+    tell(options.watch, 1, parts)?;
     if !options.maps_only {
         let only = options.sample;
         picture = reference::render_samples(scene, &views, &view_maps, &shadow_views, only);
         stages.push(("picture", clock.elapsed().as_secs_f64() * 1e3 - maps_ms));
+        tell(options.watch, parts, parts)?;
     }
     view_maps.retain(|maps| options.maps && options.shows(&maps.view));
     let (debug, picture_stages, memory) = Default::default();

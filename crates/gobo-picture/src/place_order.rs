@@ -1,9 +1,9 @@
-//! Order of points by their place. Invocations of a subgroup then read the same texels, and their loops end
-//! together.
+//! Order of points by their place, so that invocations of a subgroup read the same texels, and their loops
+//! end together.
 use glam::Vec3;
 use gobo::shadows::cull::order::morton_code;
 
-/// Cells along the longest edge of the points' bounds, less one: ten bits a key and axis.
+/// Index of the last cell along the longest edge of the points' bounds: ten bits per axis of a key.
 const LAST_CELL: f32 = 1023.0;
 
 /// Indices of points along a Z-order curve (Morton 1966) through their bounds.

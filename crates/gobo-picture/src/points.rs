@@ -27,8 +27,8 @@ enum Maps<'a> {
 
 impl Renderer {
     /// Share of each light that reaches each point of the world: linear rgb, point by point, in the scene's
-    /// order of lights; 1 if nothing is in between, without falloff and cosine. 0 behind a given
-    /// [`Light::far`](gobo::Light::far), where a light ends.
+    /// order of lights; 1 if nothing is in between, without falloff and cosine. 0 beyond a light's
+    /// [`Light::far`](gobo::Light::far), where it has one.
     pub fn light_points(
         &mut self,
         scene: &Scene,
@@ -39,7 +39,7 @@ impl Renderer {
         self.point_look_up(scene, receivers)?.shares(points)
     }
 
-    /// Renders the maps in which [`PointLookUp::shares`] looks light up. `receivers`: all points that will be asked for.
+    /// Renders the maps for [`PointLookUp::shares`]. `receivers`: all points that will be asked for.
     pub fn point_look_up<'a>(
         &'a mut self,
         scene: &'a Scene,
@@ -49,7 +49,7 @@ impl Renderer {
         self.look_up(scene, receivers, views_around)
     }
 
-    /// The look-up in the maps that the scene's picture is made of, for points in its bounds.
+    /// Look-up in the maps of the scene's picture, for points in its bounds.
     pub(super) fn picture_look_up<'a>(
         &'a mut self,
         scene: &'a Scene,
@@ -84,7 +84,7 @@ impl Renderer {
 }
 
 impl PointLookUp<'_> {
-    /// What [`Renderer::light_points`] returns, for points that are among the receivers.
+    /// Shares as of [`Renderer::light_points`], for points that are among the receivers.
     pub fn shares(&mut self, points: &[ReceiverPoint]) -> Result<Vec<[f32; 3]>, Error> {
         let origin = self.scene.origin;
         let moved =
@@ -92,7 +92,7 @@ impl PointLookUp<'_> {
         self.own_shares(&points.iter().map(moved).collect::<Vec<_>>())
     }
 
-    /// Like [`Self::shares`], for points less the scene's origin.
+    /// Like [`Self::shares`], for points relative to the scene's origin.
     pub(super) fn own_shares(&mut self, points: &[ReceiverPoint]) -> Result<Vec<[f32; 3]>, Error> {
         let scene = self.scene;
         match &mut self.maps {
@@ -115,14 +115,14 @@ impl GpuEngine {
         Ok(prepared)
     }
 
-    /// Looks up as many points at a time as a buffer holds.
+    /// Looks up as many points at once as a buffer holds.
     fn light_points(
         &self,
         scene: &Scene,
         prepared: &Prepared,
         points: &[ReceiverPoint],
     ) -> Result<Vec<[f32; 3]>, Error> {
-        /// Most points that are looked up at a time.
+        /// Most points that are looked up at once.
         const MAX: usize = 1 << 22;
         let limits = self.gpu.device.limits();
         let chosen: Vec<_> = (0..scene.lights.len()).collect();

@@ -10,6 +10,7 @@ use gobo::{
     view::atlas::MapSlot,
 };
 use half::f16;
+use rayon::prelude::*;
 
 /// The maps of the views that `options` ask for. `owners`: whether the maps hold owner tags.
 pub(super) fn read_maps(
@@ -19,6 +20,7 @@ pub(super) fn read_maps(
     owners: bool,
     caustics: Option<&Caustics>,
     options: &RenderOptions<'_>,
+    curves: Option<&DeviceCurves>,
 ) -> Result<Vec<ViewMaps>, Error> {
     let _phase = tracing::debug_span!("read_back").entered();
     let filters: Vec<[u16; 4]> = gpu.try_read_texture(&maps.filters)?;
@@ -40,10 +42,16 @@ pub(super) fn read_maps(
     let views = views.iter().enumerate();
     let shown: Vec<_> =
         views.zip(&maps.slots).filter(|((_, view), _)| options.shows(view)).collect();
-    let slots: Vec<_> = shown.iter().map(|((_, view), slot)| (view.size, **slot)).collect();
-    let mut curves = read_curves(gpu, maps, &slots)?.into_iter();
     let atlas = maps.filters.size();
-    let view_maps = shown.into_iter().map(|((index, view), slot)| {
+    let view_maps = shown.into_iter().enumerate().map(|(number, ((index, view), slot))| {
+        let mut curve = curves.map(DeviceCurves::empty);
+        if let (Some(curve), Some(curves), false) = (&mut curve, curves, options.curves_stay) {
+            curve.packed.reserve_exact(view.size.element_product() as usize * curve.nodes);
+            curves.read(gpu, number, |some| {
+                curve.packed.extend_from_slice(&some.packed);
+                Ok::<_, Error>(())
+            })?;
+        }
         let texels = || {
             (0..view.size.y).flat_map(move |y| {
                 let row = slot.layer * atlas.height + slot.origin.y + y;
@@ -56,7 +64,7 @@ pub(super) fn read_maps(
             nearest => stored_tag(f16::from_bits(filters[t][3]).to_f32(), nearest),
         };
         let rgb = |t: usize| [0, 1, 2].map(|i| f16::from_bits(filters[t][i]).to_f32());
-        ViewMaps {
+        Ok(ViewMaps {
             view: view.clone(),
             filter: texels().map(rgb).collect(),
             nearest: texels().map(|t| nearests[t]).collect(),
@@ -65,44 +73,77 @@ pub(super) fn read_maps(
                 .filter_map(|t| colored.get(t))
                 .map(|&[r, g, b, _]| [r, g, b])
                 .collect(),
-            curve: curves.next(),
+            curve,
             caustics: match first(index) {
                 0 => Vec::new(),
                 first => thrown[first..][..view.size.element_product() as usize].to_vec(),
             },
             sums: texels().filter_map(|t| sums.get(t)).copied().collect(),
             owner: if owners { texels().map(owner).collect() } else { Vec::new() },
-        }
+        })
     });
-    Ok(view_maps.collect())
+    view_maps.collect()
 }
 
-/// The curves of views, with their sizes and rectangles; none if the maps have none. Row by row: they are the largest maps.
-fn read_curves(gpu: &Gpu, maps: &Maps, views: &[(UVec2, MapSlot)]) -> Result<Vec<CurveMap>, Error> {
-    let nodes = maps.nodes as usize;
-    if nodes == 0 {
-        return Ok(Vec::new());
+/// The curves of views on the device.
+#[derive(Debug)]
+pub(super) struct DeviceCurves {
+    texture: wgpu::Texture,
+    nodes: u32,
+    gain: bool,
+    /// Size and rectangle of each view.
+    places: Vec<(UVec2, MapSlot)>,
+}
+
+impl DeviceCurves {
+    /// Those of the views whose maps `options` ask for; none without curves.
+    pub(super) fn of(maps: &Maps, views: &[View], options: &RenderOptions<'_>) -> Option<Self> {
+        let &Maps { ref curves, nodes, gain, ref slots, .. } = maps;
+        let shown = views.iter().zip(slots).filter(|(view, _)| options.shows(view));
+        let places = shown.map(|(view, slot)| (view.size, *slot)).collect();
+        (nodes > 0).then(|| Self { texture: curves.clone(), nodes, gain, places })
     }
-    let curve = |&(size, _): &(UVec2, MapSlot)| {
-        let packed = vec![PackedNode::default(); size.element_product() as usize * nodes];
-        CurveMap { nodes, gain: maps.gain, packed }
-    };
-    let mut curves: Vec<_> = views.iter().map(curve).collect();
-    let (height, pairs, mut number) = (maps.curves.height(), maps.nodes / 2, 0);
-    gpu.read_rows(&maps.curves, |row: &[[PackedNode; 2]]| {
-        let (y, layer, pair) = (number % height, number / height / pairs, number / height % pairs);
-        number += 1;
-        for ((size, slot), curve) in views.iter().zip(&mut curves) {
-            let in_view = y.wrapping_sub(slot.origin.y);
-            if layer != slot.layer || in_view >= size.y {
-                continue;
-            }
-            let (from, width) = (slot.origin.x as usize, size.x as usize);
-            let texels = curve.packed[in_view as usize * width * nodes..].chunks_exact_mut(nodes);
-            for (texel, two) in texels.zip(&row[from..from + width]) {
-                texel[2 * pair as usize..][..2].copy_from_slice(two);
-            }
+
+    /// Curves of no texels.
+    pub(super) fn empty(&self) -> CurveMap {
+        CurveMap { nodes: self.nodes as usize, gain: self.gain, packed: Vec::new() }
+    }
+
+    /// Gives the texels of a view in turn, some rows at a time; `number`: of the views that are shown.
+    pub(super) fn read<E: From<Error>>(
+        &self,
+        gpu: &Gpu,
+        number: usize,
+        mut take: impl FnMut(&CurveMap) -> Result<(), E>,
+    ) -> Result<(), E> {
+        /// Nodes that are read at once.
+        const MOST: u32 = 1 << 21;
+        let (size, slot) = self.places[number];
+        let (nodes, pairs) = (self.nodes as usize, self.nodes / 2);
+        let most = (MOST / (size.x * self.nodes)).clamp(1, size.y);
+        let mut curve = self.empty();
+        for y in (0..size.y).step_by(most as usize) {
+            let height = most.min(size.y - y);
+            let (x, y, z) = (slot.origin.x, slot.origin.y + y, slot.layer * pairs);
+            let part = wgpu::Extent3d { width: size.x, height, depth_or_array_layers: pairs };
+            let texels = size.x as usize * height as usize;
+            curve.packed.resize(texels * nodes, PackedNode::default());
+            let origin = wgpu::Origin3d { x, y, z };
+            let fill = |rows: &[&[[PackedNode; 2]]]| {
+                let lines = curve.packed.par_chunks_exact_mut(size.x as usize * nodes);
+                lines.enumerate().for_each(|(y, line)| {
+                    let twos = line.as_chunks_mut::<2>().0.chunks_exact_mut(pairs as usize);
+                    for (x, twos) in twos.enumerate() {
+                        for (pair, two) in twos.iter_mut().enumerate() {
+                            *two = rows[pair * height as usize + y][x];
+                        }
+                    }
+                });
+            };
+            tracing::debug_span!("read_back")
+                .in_scope(|| gpu.read_part(&self.texture, origin, part, fill))?;
+            take(&curve)?;
         }
-    })?;
-    Ok(curves)
+        Ok(())
+    }
 }

@@ -1,4 +1,4 @@
-//! Light that arrives at splats, which are casters as well: for their colours.
+//! Light that arrives at splats, which are casters themselves: for their colours.
 use super::Renderer;
 use glam::{DMat2, DVec2, DVec3, Vec3};
 use gobo::{
@@ -16,14 +16,15 @@ use std::f32::consts::FRAC_1_PI;
 /// Nodes of the curves, if the scene has none.
 const NODES: u32 = 16;
 
-/// Texels around a point of the spline filter, whose splats are looked up \[texels\].
+/// Reach of the spline filter around a point whose splats are looked up \[texels\].
 const TAPS: f64 = 2.2;
 
-/// Points that are looked up at a time.
+/// Most points that are looked up at once.
 const MOST_POINTS: usize = 1 << 22;
 
-/// Sets the shadows of a scene so that [`Renderer::relight`] tells casters before a splat from those behind it: curves say
-/// how much light is left before each splat, and the reach of the filter which texels a splat must not find itself in.
+/// Sets the shadows of a scene so that [`Renderer::relight`] tells casters before a splat from those behind
+/// it: curves give the light left before each splat, and the filter's reach the texels in which a splat must
+/// not find itself.
 pub fn set_to_relight(scene: &mut Scene) {
     let shadow = &mut scene.shadow;
     if shadow.receiver != Receiver::Curve {
@@ -36,9 +37,9 @@ pub fn set_to_relight(scene: &mut Scene) {
 }
 
 impl Renderer {
-    /// Share of the light that arrives at each splat of what would arrive with nothing between, the scene's ambient
-    /// light included, as the picture lights particles: linear rgb, splat by splat. `lit`: splats of the scene, after
-    /// [`set_to_relight`].
+    /// Light that arrives at each splat, as a share of the light that would arrive with nothing between,
+    /// including the scene's ambient light, as the picture lights particles: linear rgb, splat by splat.
+    /// `lit`: splats of the scene, after [`set_to_relight`].
     ///
     /// # Errors
     /// Those of [`Self::light_points`].
@@ -78,8 +79,8 @@ impl Renderer {
     }
 }
 
-/// The point on the way from a splat's centre to the light from which no texel around it finds the splat itself in
-/// front; and where no bias is stated, no neighbour that overlaps it. `views`: those of the light.
+/// The point on the way from a splat's centre to the light from which no texel around it finds the splat in
+/// front, nor, where no bias is stated, a neighbour that overlaps it. `views`: those of the light.
 fn before<'a>(
     gaussian: &Gaussian,
     opacity: GaussianOpacity,
@@ -118,8 +119,8 @@ fn before<'a>(
     center - ray * (own_reach(gaussian, opacity, ray, texel) + slack + beside) as f32
 }
 
-/// How far towards the light a splat's own hits are before its centre, within the filter's texels of `texel` metres:
-/// the depth of a hit is its mean over the splat at the hit's place across the ray.
+/// Largest distance towards the light by which a splat's own hits precede its centre, within the filter's
+/// texels of `texel` metres: the depth of a hit is the splat's mean depth at the hit's place across the ray.
 fn own_reach(gaussian: &Gaussian, opacity: GaussianOpacity, ray: Vec3, texel: f64) -> f64 {
     let axes = gaussian.axes().as_dmat3().transpose();
     let [along, x, y] = {
@@ -134,11 +135,11 @@ fn own_reach(gaussian: &Gaussian, opacity: GaussianOpacity, ray: Vec3, texel: f6
     let tilted =
         (f64::from(gaussian.reach(opacity)) * of_slope.sqrt()).min(slope.length() * TAPS * texel);
     let ramp = match opacity {
-        // The whole medium: its ramp begins in it.
+        // The ramp of a medium begins inside it.
         GaussianOpacity::Medium { .. } => f64::from(gaussian.reach(opacity)) * rest.max(0.0).sqrt(),
         _ => 0.0,
     };
-    // A slope that is not finite is that of a needle along the ray.
+    // An infinite slope or NaN belongs to a needle along the ray.
     if tilted.is_finite() {
         tilted + ramp
     } else {

@@ -4,7 +4,7 @@ use gobo::gpu::{Gpu, Timeline, add_time, has_timestamps};
 /// Stages and their times \[ms\], in order of first appearance.
 pub(super) type Stages = Vec<(&'static str, f64)>;
 
-/// Work that is submitted to a device, and what its stages take.
+/// Work that is submitted to a device, and the times of its stages.
 #[derive(Debug)]
 pub(super) struct Work {
     timeline: Timeline,
@@ -42,7 +42,7 @@ impl Work {
         recorded
     }
 
-    /// What the stages have taken since the last call.
+    /// Stages and their times since the last call.
     pub(super) fn take(&mut self) -> Stages {
         std::mem::take(&mut self.stages)
     }

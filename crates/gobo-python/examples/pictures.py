@@ -15,7 +15,7 @@ def knot(count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     along = rng.uniform(0, 2 * np.pi, count)
     center = np.stack([np.sin(along) + 2 * np.sin(2 * along), np.cos(along) - 2 * np.cos(2 * along), -np.sin(3 * along)], axis=1)
     x, y, z = (center * [0.5, 0.5, 0.6] + rng.normal(0, 0.09, (count, 3))).T
-    # Leant back.
+    # Tilted back.
     lean = np.radians(50)
     return np.stack([x, y * np.cos(lean) + z * np.sin(lean) + 1.9, z * np.cos(lean) - y * np.sin(lean)], axis=1), along
 

@@ -1,17 +1,17 @@
-//! Renderers, which calls borrow: as many as work at a time, and a few that wait.
+//! Renderers, which calls borrow: one per call at work, and a few idle ones.
 use crate::fault::Fault;
 use gobo::{Error, host::Backend};
 use gobo_picture::Renderer;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Most renderers that wait for a call: each keeps a device and its kernels.
+/// Most idle renderers: each keeps a device and its kernels.
 const MOST_IDLE: usize = 2;
 
 struct Pool {
     backend: Backend,
     /// Part of the adapter's name.
     name: Option<String>,
-    /// Number of the choice of an adapter.
+    /// Number of the adapter's choice.
     choice: u64,
     idle: Vec<Renderer>,
 }
@@ -23,7 +23,7 @@ fn pool() -> MutexGuard<'static, Pool> {
     POOL.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The backend of a name.
+/// The backend with a name.
 pub(crate) fn backend(name: &str) -> Result<Backend, Fault> {
     Ok(match name {
         "auto" => Backend::Auto,
@@ -39,7 +39,7 @@ pub(crate) fn backend(name: &str) -> Result<Backend, Fault> {
     })
 }
 
-/// Chooses what later calls render with.
+/// Chooses the adapter of later calls.
 pub(crate) fn choose(backend: Backend, name: Option<String>) {
     let mut pool = pool();
     (pool.backend, pool.name) = (backend, name);
@@ -49,7 +49,7 @@ pub(crate) fn choose(backend: Backend, name: Option<String>) {
     drop(idle);
 }
 
-/// Closes the devices that wait.
+/// Closes idle devices.
 pub(crate) fn close() {
     let idle = std::mem::take(&mut pool().idle);
     drop(idle);
@@ -66,7 +66,7 @@ pub(crate) fn with<T>(work: impl FnOnce(&mut Renderer) -> Result<T, Fault>) -> R
         None => open(backend, name.as_deref())?,
     };
     let result = work(&mut renderer);
-    // What a device tells of itself may hold for all that it is asked next.
+    // An error about a device itself may spoil later calls.
     let is_sound = !matches!(
         result,
         Err(Fault::Library(
@@ -82,7 +82,7 @@ pub(crate) fn with<T>(work: impl FnOnce(&mut Renderer) -> Result<T, Fault>) -> R
     result
 }
 
-/// The chosen adapter; where none was chosen and there is none, the CPU reference.
+/// The chosen adapter; without a choice, any adapter or else the CPU reference.
 fn open(backend: Backend, name: Option<&str>) -> Result<Renderer, Fault> {
     match Renderer::new(backend, name) {
         Err(Error::Adapter { .. } | Error::Unusable(_))

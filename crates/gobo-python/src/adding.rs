@@ -1,4 +1,4 @@
-//! What the package's `Scene` adds.
+//! Additions by the package's `Scene`.
 use crate::{
     arrays::{array, column, rows},
     contents::{Gaussians, KindOfSplats, Mesh, Particles},
@@ -13,7 +13,7 @@ use gobo_scene::Limit;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyReadonlyArray4};
 use pyo3::{Bound, FromPyObject, PyAny, PyResult, Python, pymethods, types::PyDict};
 
-/// A material as Python gives it: a name, or a dictionary and the index of an image.
+/// A material from Python: a name, or a dictionary and the index of an image.
 #[derive(FromPyObject)]
 enum Material<'py> {
     Named(String),
@@ -77,7 +77,8 @@ impl Scene {
         self.added(py, |state| state.add_particles(particles, &material))
     }
 
-    /// Returns the first of the splats in the scene, one past the last, what was left out by reason, and its rows.
+    /// Returns the index of the first splat in the scene, one past the last, the left out ones by reason, and
+    /// their rows.
     #[allow(clippy::too_many_arguments, clippy::type_complexity, reason = "arrays of Python")]
     fn add_gaussians<'py>(
         &self,

@@ -1,4 +1,4 @@
-//! Arrays that the package's Python files have checked, as rows.
+//! Arrays as rows; the package's Python files have checked them.
 use crate::fault::Fault;
 use numpy::{Element, PyArray1, PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::{Bound, PyAny, PyResult, Python};
@@ -27,7 +27,7 @@ pub(crate) fn column<'a, T: Element>(
     array.as_slice().map_err(|_| Fault::not_contiguous(name))
 }
 
-/// An array of these values, which it takes over.
+/// An array that takes over these values.
 pub(crate) fn array<'py, T: Element>(
     py: Python<'py>,
     values: Vec<T>,

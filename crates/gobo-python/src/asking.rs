@@ -1,17 +1,19 @@
-//! What the package's `Scene` is asked for.
+//! Questions to the package's `Scene`.
 use crate::{
     arrays::{array, rows},
     fault::Fault,
     look,
     maps::Maps,
+    progress::Progress,
     scene::Scene,
     state::LightName,
     tables, work,
 };
+use gobo_picture::Watch;
 use numpy::PyReadonlyArray2;
-use pyo3::{Bound, FromPyObject, PyAny, PyResult, Python, pymethods, types::PyDict};
+use pyo3::{Bound, FromPyObject, Py, PyAny, PyResult, Python, pymethods, types::PyDict};
 
-/// A light as Python names it.
+/// A light by its name or index.
 #[derive(FromPyObject)]
 enum Light {
     Index(i64),
@@ -37,23 +39,28 @@ impl Scene {
         })
     }
 
-    /// Linear light, the picture as it is shown, and what there is to warn of.
+    /// Linear light, the displayed picture, and warnings.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn render<'py>(
         &self,
         py: Python<'py>,
         camera: &Bound<'py, PyDict>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<String>)> {
         let camera = tables::table("camera", camera)?;
-        let (picture, warnings) =
-            self.job(py, move |state, renderer, _| work::render(state, renderer, &camera))?;
+        let progress = Progress::new(progress);
+        let (picture, warnings) = self.job(py, move |state, renderer, stop| {
+            let watch = |share| progress.tell(stop, share);
+            work::render(state, renderer, &camera, Watch(&watch))
+                .map_err(|fault| progress.cause_of(fault))
+        })?;
         let [width, height] = picture.size.to_array().map(|size| size as usize);
         let shape = [height, width, 3];
         let light = array(py, picture.light.into_flattened(), &shape)?;
         Ok((light, array(py, picture.rgb.into_flattened(), &shape)?, warnings))
     }
 
-    /// Maps of all views of a light, in their order, and what there is to warn of.
+    /// Maps of all views of a light, in their order, and warnings.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn maps<'py>(
         &self,
@@ -72,7 +79,7 @@ impl Scene {
         Ok((all.into_iter().map(named).collect::<PyResult<_>>()?, warnings))
     }
 
-    /// Share of each light that reaches points, which are less the origin.
+    /// Share of each light that reaches points; their positions are less the origin.
     fn light<'py>(
         &self,
         py: Python<'py>,

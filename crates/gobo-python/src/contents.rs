@@ -20,18 +20,18 @@ pub(crate) const FARTHEST: f32 = 1e7;
 pub(crate) struct Particles<'a> {
     pub(crate) positions: &'a [[f32; 3]],
     pub(crate) radii: &'a [f32],
-    /// Linear rgba.
+    /// Colours, linear rgba.
     pub(crate) colors: &'a [[f32; 4]],
-    /// [radians]
+    /// Rotations [radians].
     pub(crate) rotations: &'a [f32],
 }
 
-/// The value of a row, where there may be one for all.
+/// The value of a row; there may be one for all.
 fn of_row<T: Copy>(values: &[T], row: usize) -> T {
     values[if values.len() == 1 { 0 } else { row }]
 }
 
-/// Refuses numbers of values that are neither 1 nor that of the rows.
+/// Refuses a number of values that is neither 1 nor the number of rows.
 fn check_rows(name: &str, have: usize, rows: usize) -> Result<(), Fault> {
     if have == 1 || have == rows {
         return Ok(());
@@ -45,7 +45,7 @@ fn count(skipped: &mut Skipped, reason: &'static str) {
     *skipped.entry(reason).or_default() += 1;
 }
 
-/// What was added, and what was not.
+/// Number of additions, and of rows left out by reason.
 pub(crate) type Added = (usize, Skipped);
 
 impl State {
@@ -215,7 +215,7 @@ impl State {
         let mut triangles = parsed.triangles;
         for triangle in &mut triangles {
             triangle.id = id;
-            // A scene file of a small shape is re-centred.
+            // A scene file with a small shape is re-centred.
             triangle.positions = triangle.positions.map(|position| position + parsed.origin);
         }
         let count = triangles.len();
@@ -247,7 +247,7 @@ impl State {
         Ok(index)
     }
 
-    /// Replaces what tables of a scene file set beside contents.
+    /// Replaces the settings that tables of a scene file set beside contents.
     pub(crate) fn configure(&mut self, tables: &Table) -> Result<(), Fault> {
         const NAMES: [&str; 5] = ["shadow", "environment", "air", "mask", "clusters"];
         if let Some(name) = tables.keys().find(|name| !NAMES.contains(&name.as_str())) {
@@ -257,7 +257,7 @@ impl State {
         let mut tables = tables.clone();
         let takes_sun = tables.contains_key("environment") && self.scene.lights.is_empty();
         if !takes_sun {
-            // So that the sun of an image stays in it.
+            // A point light, so that the sun of an image stays in it.
             let kind = Table::from_iter([("kind".to_owned(), Value::from("point"))]);
             let light = kind.into_iter().chain([("position".to_owned(), Value::from(vec![0; 3]))]);
             tables.extend(only("light", light.collect()));
@@ -288,14 +288,14 @@ impl State {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gaussians<'a> {
     pub(crate) means: &'a [[f32; 3]],
-    /// w, x, y, z.
+    /// Rotations w, x, y, z.
     pub(crate) quats: &'a [[f32; 4]],
     pub(crate) scales: &'a [[f32; 3]],
     pub(crate) opacities: &'a [f32],
     pub(crate) colors: &'a [[f32; 3]],
 }
 
-/// What the shadow of Gaussians is.
+/// Kind of the shadow of Gaussians.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KindOfSplats {
     pub(crate) neutral: bool,
@@ -315,7 +315,7 @@ impl KindOfSplats {
     }
 }
 
-/// Rows of a mesh; those that it lacks are empty.
+/// Rows of a mesh; missing attributes are empty.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mesh<'a> {
     pub(crate) vertices: &'a [[f32; 3]],

@@ -1,26 +1,28 @@
-//! Errors on their way to Python, whose classes are in `gobo_shadows/errors.py`.
+//! Errors on their way to Python; their classes are in `gobo_shadows/errors.py`.
 use gobo::Error;
 use gobo_scene::SceneError;
 use pyo3::{PyErr, PyResult, Python, types::PyAnyMethods as _};
 use std::path::Path;
 
-/// An error, without what belongs to Python.
+/// An error, without Python's part.
 #[derive(Debug)]
 pub(crate) enum Fault {
-    /// Of a file.
+    /// Error of a file.
     Scene(SceneError),
-    /// Of a device, or of what it is asked for.
+    /// Error of a device, or of a request to it.
     Library(Error),
-    /// Of an array or a table.
+    /// Error of an array or a table.
     Input { message: String, remedy: String },
-    /// The host cannot allocate so much [bytes].
+    /// The host cannot allocate this much memory [bytes].
     Memory(u64),
-    /// Of the process: the problem and the remedy.
+    /// Error of the process: the problem and the remedy.
     Process(&'static str, &'static str),
     /// A bug; the message of its panic was printed.
     Panicked,
     /// The call was interrupted: nobody waits for its result.
     Stopped,
+    /// Exception of the caller's own function.
+    Raised(PyErr),
 }
 
 impl From<SceneError> for Fault {
@@ -67,6 +69,7 @@ impl Fault {
                 let message = "a bug of gobo_shadows: its message is on standard error";
                 raised("GoboError", message.to_owned(), Some("report it, please".to_owned()))
             }
+            Self::Raised(error) => Ok(error),
             Self::Stopped => raised("GoboError", "interrupted".to_owned(), None),
             Self::Scene(error) => {
                 let class = match error {

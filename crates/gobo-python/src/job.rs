@@ -1,4 +1,5 @@
-//! Long calls: on a thread of their own, while the caller's waits without the interpreter's lock and heeds signals.
+//! Long calls run on a thread of their own, while the caller's thread waits without the interpreter's lock
+//! and handles signals.
 use crate::fault::Fault;
 use pyo3::{PyResult, Python};
 use std::{
@@ -11,7 +12,7 @@ use std::{
     time::Duration,
 };
 
-/// How long a signal may wait.
+/// Longest delay of a signal.
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// Whether the caller has stopped waiting.
@@ -19,13 +20,18 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(crate) struct Stop(Arc<AtomicBool>);
 
 impl Stop {
+    /// Whether nobody waits any more.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
     /// An error once nobody waits any more.
     pub(crate) fn check(&self) -> Result<(), Fault> {
-        if self.0.load(Ordering::Relaxed) { Err(Fault::Stopped) } else { Ok(()) }
+        if self.is_asked() { Err(Fault::Stopped) } else { Ok(()) }
     }
 }
 
-/// Jobs at work.
+/// Number of running jobs.
 static RUNNING: Mutex<usize> = Mutex::new(0);
 static ENDED: Condvar = Condvar::new();
 
@@ -37,7 +43,7 @@ fn running() -> MutexGuard<'static, usize> {
 static USED: AtomicBool = AtomicBool::new(false);
 static FORKED: AtomicBool = AtomicBool::new(false);
 
-/// Says that this process is the copy of one, without its threads.
+/// Marks this process as a forked copy, without its parent's threads.
 pub(crate) fn forked() {
     FORKED.store(USED.load(Ordering::Relaxed), Ordering::Relaxed);
 }
@@ -64,8 +70,8 @@ impl Drop for Running {
     }
 }
 
-/// What `work` returns. An exception of a signal's handler, such as `KeyboardInterrupt`, is raised at once; the work
-/// ends where it next looks at [`Stop`], or by itself.
+/// Returns the result of `work`. An exception of a signal's handler, such as `KeyboardInterrupt`, is raised
+/// at once; the work ends at its next check of [`Stop`], or by itself.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Stop) -> Result<T, Fault> + Send + 'static,
@@ -82,7 +88,7 @@ pub(crate) fn run<T: Send + 'static>(
     let thread = std::thread::Builder::new().name("gobo".to_owned());
     let spawned = thread.spawn(move || {
         let result = catch_unwind(AssertUnwindSafe(|| work(&ended)));
-        // Of nobody, if the call was interrupted.
+        // Nobody receives it if the call was interrupted.
         let _ = sender.send(result.unwrap_or(Err(Fault::Panicked)));
         drop(job);
     });
@@ -90,7 +96,7 @@ pub(crate) fn run<T: Send + 'static>(
         let message = format!("no thread could be started: {error}");
         return Err(Fault::input(message, "end other threads").raised(py));
     }
-    // A channel's end is for one thread alone, which the compiler cannot see of this one.
+    // Only one thread may use a channel's end; the mutex shows the compiler that this is so.
     let receiver = Mutex::new(receiver);
     loop {
         let received = py

@@ -1,5 +1,5 @@
-//! Python's interface: scenes made of arrays. The package's Python files check arrays and hold the documentation;
-//! here is what they call.
+//! Python's interface: scenes made of arrays. The package's Python files check arrays and hold the
+//! documentation; they call the functions here.
 mod adapter;
 mod adding;
 mod arrays;
@@ -9,6 +9,7 @@ mod fault;
 mod job;
 mod look;
 mod maps;
+mod progress;
 mod scene;
 mod state;
 mod tables;
@@ -37,13 +38,13 @@ mod _native {
         py.detach(|| gobo_cli::program(arguments))
     }
 
-    /// What renders, for people.
+    /// Name of the adapter, or of the CPU reference, for users.
     #[pyfunction]
     fn adapter_name(py: Python<'_>) -> PyResult<String> {
         job::run(py, |_| adapter::with(|renderer| Ok(renderer.device())))
     }
 
-    /// Which adapter later calls use; `name`: part of its name.
+    /// Sets the adapter of later calls; `name`: part of its name.
     #[pyfunction]
     fn use_adapter(py: Python<'_>, backend: &str, name: Option<String>) -> PyResult<()> {
         let backend = adapter::backend(backend).map_err(|fault| fault.raised(py))?;
@@ -51,7 +52,7 @@ mod _native {
         Ok(())
     }
 
-    /// Waits for calls that were interrupted, and closes devices: before the interpreter ends.
+    /// Waits for interrupted calls and closes devices, before the interpreter ends.
     #[pyfunction]
     fn finish(py: Python<'_>) {
         py.detach(|| {
@@ -62,7 +63,7 @@ mod _native {
         });
     }
 
-    /// Says that this process was forked.
+    /// Marks this process as forked.
     #[pyfunction]
     fn forked() {
         job::forked();

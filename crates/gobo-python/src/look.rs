@@ -1,4 +1,4 @@
-//! How a call looks at a scene: its camera, and how the picture is exposed.
+//! A call's view of a scene: its camera, and the exposure of the picture.
 use crate::{
     fault::Fault,
     state::State,
@@ -12,7 +12,7 @@ use gobo::{
 use gobo_scene::Scene;
 use toml::Table;
 
-/// What of a scene a call may have otherwise.
+/// Settings of a scene that a call may override.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     camera: Camera,
@@ -62,7 +62,7 @@ impl Look {
         (scene.shutter, scene.tone, scene.shadow) = (shutter, tone, shadow);
     }
 
-    /// Takes over what a `[camera]` table gives. Without a camera that somebody placed, it is where all is seen.
+    /// Applies the values of a `[camera]` table. Without a placed camera, the camera frames the whole scene.
     fn changed(mut self, state: &State, table: &Table) -> Result<Self, Fault> {
         let given = scene_of("camera", &within("camera", table.clone()))?;
         let size = if table.contains_key("size") { given.camera.size } else { self.camera.size };
@@ -89,7 +89,7 @@ impl Look {
     }
 }
 
-/// Sets the camera that calls without one have.
+/// Sets the default camera of calls.
 pub(crate) fn place(state: &mut State, table: &Table) -> Result<(), Fault> {
     let look = Look::of(&state.scene).changed(state, table)?;
     look.put(&mut state.scene);
@@ -97,7 +97,7 @@ pub(crate) fn place(state: &mut State, table: &Table) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Does `work` with a scene that is seen as a `[camera]` table says. `curve`: nodes of curves, 0 for none.
+/// Does `work` with a scene, seen by the camera of a `[camera]` table. `curve`: nodes of curves, 0 for none.
 pub(crate) fn with<T>(
     state: &mut State,
     table: &Table,

@@ -15,10 +15,10 @@ use pyo3::{
 
 /// Numbers of a node of a curve: start, end, red, green, blue.
 const FIELDS: usize = 5;
-/// Start of an unused node: behind the far plane.
+/// Start of an unused node: beyond the far plane.
 const UNUSED: f32 = 2.0;
 
-/// The maps of a view, and what describes it.
+/// The maps of a view, and their description.
 #[derive(Debug)]
 pub(crate) struct Maps {
     view: View,

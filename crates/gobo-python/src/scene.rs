@@ -53,7 +53,7 @@ impl Scene {
         Self { state: Arc::new(Mutex::new(state)) }
     }
 
-    /// What `change` returns, without the interpreter's lock.
+    /// Result of `change`, which runs without the interpreter's lock.
     pub(crate) fn change<T: Send>(
         &self,
         py: Python<'_>,
@@ -157,7 +157,7 @@ impl Scene {
         array(py, colors.into_flattened(), &[count, 3])
     }
 
-    /// World position of what the library calls 0 [m].
+    /// World position of the library's origin [m].
     #[getter]
     fn origin(&self, py: Python<'_>) -> PyResult<[f64; 3]> {
         self.change(py, |state| Ok(state.origin.to_array()))
@@ -181,7 +181,7 @@ impl Scene {
         counts(py, &skipped)
     }
 
-    /// Eye, target and up, field of view [degrees] and size [pixels], if somebody placed the camera.
+    /// Eye, target and up, field of view [degrees] and size [pixels], if the camera was placed.
     #[getter]
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn camera(
@@ -198,7 +198,7 @@ impl Scene {
         })
     }
 
-    /// Lowest and highest corner of all casters and receivers [m]; `None` of nothing.
+    /// Lowest and highest corner of all casters and receivers [m]; `None` if there are none.
     #[getter]
     fn bounds(&self, py: Python<'_>) -> PyResult<Option<[[f64; 3]; 2]>> {
         self.change(py, |state| {

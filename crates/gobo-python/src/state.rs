@@ -1,4 +1,4 @@
-//! A scene and what is known of it beside the library's.
+//! A scene, and its state beside the library's.
 use crate::{
     fault::Fault,
     tables::{only, scene_of},
@@ -8,7 +8,7 @@ use gobo_scene::{Limit, Scene};
 use std::collections::HashMap;
 use toml::{Table, Value};
 
-/// A material: one that the scene has, by its name, or a table with an image of the scene.
+/// A material: one of the scene's, by name, or a table with an image of the scene.
 #[derive(Clone, Debug)]
 pub(crate) enum Wanted {
     Named(String),
@@ -19,15 +19,16 @@ pub(crate) enum Wanted {
 #[derive(Debug)]
 pub(crate) struct State {
     pub(crate) scene: Scene,
-    /// World position of the library's scene's origin [m]. That of the library's own is 0: its points have 32 bits.
+    /// World position of the origin of the library's scene [m]. The library's own origin is 0: its points
+    /// have 32 bits.
     pub(crate) origin: DVec3,
-    /// Whether somebody said where the camera is.
+    /// Whether the camera was placed.
     pub(crate) has_camera: bool,
     /// Time of the scene, if it was set [s].
     pub(crate) seconds: f64,
     /// Id of the next caster.
     next_id: u32,
-    /// Materials that were made, by what they were made of.
+    /// Materials by the tables that they were made from.
     made: HashMap<String, u32>,
 }
 
@@ -38,26 +39,26 @@ impl State {
 
     pub(crate) fn loaded(mut scene: Scene) -> Self {
         let origin = std::mem::take(&mut scene.origin).as_dvec3();
-        // Those of its files are unknown, and only patterns depend on them.
+        // Ids of casters from files are unknown; only dither patterns depend on them.
         let next_id = 1 << 31;
         Self { has_camera: true, next_id, ..Self::new(scene, origin) }
     }
 
-    /// Ids of `count` casters: the first.
+    /// First of the ids of `count` casters.
     pub(crate) fn ids(&mut self, count: usize) -> u32 {
         let first = self.next_id;
         self.next_id = first.wrapping_add(count as u32);
         first
     }
 
-    /// Counts what was left out.
+    /// Counts inputs that were left out.
     pub(crate) fn skip(&mut self, skipped: Skipped) {
         for (reason, count) in skipped {
             *self.scene.skipped.entry(reason).or_default() += count;
         }
     }
 
-    /// Index of a material; `change` makes it fit its casters, and has a name.
+    /// Index of a material. `change` adapts it to its casters, and has a name.
     pub(crate) fn material(
         &mut self,
         wanted: &Wanted,
@@ -91,7 +92,7 @@ impl State {
         Ok(index)
     }
 
-    /// The material of a table, its images among those of the scene.
+    /// The material of a table; its images are the scene's.
     fn parsed(&mut self, table: &Table, texture: Option<u32>) -> Result<Material, Fault> {
         let mut table = table.clone();
         table.entry("name").or_insert_with(|| Value::from("material"));
@@ -117,7 +118,7 @@ impl State {
         })
     }
 
-    /// Whether particles can be added: those that emitters send out come after all others.
+    /// Refuses further particles after emitters: emitted particles must come after all others.
     pub(crate) fn check_no_emitters(&self) -> Result<(), Fault> {
         if self.scene.motions.iter().any(|motion| motion.moves_particles()) {
             let message = "the scene has emitters, whose particles come last";
@@ -150,7 +151,7 @@ impl State {
     }
 }
 
-/// A light as the caller names it.
+/// Name of a light by the caller.
 #[derive(Clone, Debug)]
 pub(crate) enum LightName {
     Index(i64),
@@ -175,7 +176,7 @@ pub(crate) fn check_shape(material: &Material) -> Result<(), Fault> {
     Err(Fault::input(message, "give particles a material of their own"))
 }
 
-/// Checks that `more` items fit with `have`.
+/// Checks that `have` + `more` items are within a limit.
 pub(crate) fn check_limit(limit: Limit, have: usize, more: usize) -> Result<(), Fault> {
     let (all, most) = (have as u64 + more as u64, limit.most());
     if all <= most {
@@ -185,7 +186,7 @@ pub(crate) fn check_limit(limit: Limit, have: usize, more: usize) -> Result<(), 
     Err(Fault::input(message, "use several scenes, or fewer and larger ones"))
 }
 
-/// Memory for `more` items, asked for.
+/// Reserves memory for `more` items.
 pub(crate) fn reserve<T>(items: &mut Vec<T>, more: usize) -> Result<(), Fault> {
     let bytes = (more as u64).saturating_mul(size_of::<T>() as u64);
     items.try_reserve(more).map_err(|_| Fault::Memory(bytes))

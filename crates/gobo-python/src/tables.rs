@@ -9,14 +9,14 @@ use pyo3::{
 use std::path::Path;
 use toml::{Table, Value};
 
-/// What a scene file would be called: its files are relative to the working folder.
+/// Name of the scene file in messages: its files are relative to the working folder.
 const NAME: &str = "<python>";
-/// Deepest table in tables.
+/// Deepest nesting of tables.
 const MAX_DEPTH: usize = 8;
-/// Longest list of a table.
+/// Longest list in a table.
 const MAX_LENGTH: usize = 10_000;
 
-/// A table from a dictionary; what is `None` is left out. `what`: its name for messages.
+/// A table from a dictionary, without `None` values. `what`: its name in messages.
 pub(crate) fn table(what: &str, dict: &Bound<'_, PyDict>) -> PyResult<Table> {
     table_at(what, dict, 0)
 }
@@ -86,12 +86,12 @@ pub(crate) fn within(name: &str, inner: impl Into<Value>) -> Table {
     Table::from_iter([(name.to_owned(), inner.into())])
 }
 
-/// A table of a list, alone in it.
+/// A list with a single table.
 pub(crate) fn only(name: &str, inner: Table) -> Table {
     within(name, Value::Array(vec![inner.into()]))
 }
 
-/// The scene of some tables. `what`: the table, for messages.
+/// The scene of some tables. `what`: name of the table in messages.
 pub(crate) fn scene_of(what: &str, tables: &Table) -> Result<Scene, Fault> {
     let text = tables.to_string();
     let mut options = LoadOptions::default();

@@ -11,7 +11,7 @@ use gobo::{
 };
 use gobo_scene::Limit;
 
-/// Range of densities in which halves are precise.
+/// Range of densities in which half floats are precise.
 const PRECISE: std::ops::RangeInclusive<f32> = 0.0625..=60_000.0;
 
 /// Densities, x slowest, channels next to each other.
@@ -19,7 +19,7 @@ const PRECISE: std::ops::RangeInclusive<f32> = 0.0625..=60_000.0;
 pub(crate) struct Voxels<'a> {
     pub(crate) values: &'a [f32],
     pub(crate) size: [usize; 3],
-    /// 1, or 3: what absorbs red, green and blue.
+    /// Channels: 1, or 3 that absorb red, green and blue.
     pub(crate) channels: usize,
     pub(crate) world_from_index: Mat4,
     pub(crate) factor: f32,
@@ -55,7 +55,7 @@ impl State {
                     Brick::of_voxels(IVec3::ZERO, last, value)
                 },
                 factor: factor * scale,
-                // Each channel is a grid that takes no other.
+                // Each channel is a grid that absorbs no other channel.
                 extinction: if channels == 1 { color } else { color * Vec3::AXES[channel] },
                 material: self.scene.materials.len() as u32,
                 anisotropy: voxels.anisotropy,

@@ -1,4 +1,4 @@
-//! What scenes are asked for, on a thread of its own.
+//! Work on scenes, on a thread of its own.
 use crate::{
     fault::Fault,
     job::Stop,
@@ -11,14 +11,14 @@ use gobo::{
     model::{Counters, ReceiverPoint},
 };
 use gobo_cli::Needs;
-use gobo_picture::{Picture, Receivers, RenderOptions, Renderer, set_to_relight};
+use gobo_picture::{Picture, Receivers, RenderOptions, Renderer, Watch, set_to_relight};
 use gobo_scene::Scene;
 use std::ops::Range;
 use toml::Table;
 
-/// Points that are looked up at a time, at most: between them a call that was interrupted ends.
+/// Most points per look-up: an interrupted call ends between two.
 fn most_points(renderer: &Renderer, scene: &Scene) -> usize {
-    // The reference makes all maps of a light with a size anew each time.
+    // The reference renders all maps of a light with a size anew for each look-up.
     let is_costly = scene.lights.iter().any(|light| light.area().is_some());
     match (renderer.has_device(), renderer.is_software()) {
         (false, _) if !is_costly => 1 << 13,
@@ -27,30 +27,38 @@ fn most_points(renderer: &Renderer, scene: &Scene) -> usize {
     }
 }
 
-/// Shares that are looked up at a time, at most.
+/// Most shares per look-up.
 const MOST_SHARES: usize = 1 << 23;
 /// Farthest coordinate of a point [m].
 const FARTHEST: f32 = 1e7;
 
-/// Refuses what the host has no memory for.
+/// Refuses work for which the host lacks memory.
 fn check(needs: Needs, renderer: &Renderer, state: &State) -> Result<(), Fault> {
     let needs = Needs { backend_is_cpu: !renderer.has_device(), ..needs };
     needs.missing(&state.scene).map_or(Ok(()), |bytes| Err(Fault::Memory(bytes)))
 }
 
-/// What there is to warn of.
+/// Warnings from the counters.
 fn warnings(counters: &Counters) -> Vec<String> {
     let mut all = Vec::new();
-    let Counters { shrunk, unmasked_lights, .. } = *counters;
+    let Counters { shrunk, nodes_dropped, unmasked_lights, .. } = *counters;
     if shrunk > 0 {
         all.push(format!(
-            "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a smaller size for some \
+            "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a smaller \
+             size for some \
              lights, or a larger texel_budget of shadow"
+        ));
+    }
+    if nodes_dropped > 0 {
+        all.push(format!(
+            "curves have {nodes_dropped} nodes fewer than they should have: they do not fit; use smaller maps or fewer lights, or \
+             a larger curve_budget of shadow"
         ));
     }
     if unmasked_lights > 0 {
         all.push(format!(
-            "{unmasked_lights} lights are shaded without a mask: all are taken; raise the limit of mask, or give lights \
+            "{unmasked_lights} lights are shaded without a mask: all are taken; raise the limit of \
+             mask, or give lights \
              a far"
         ));
     }
@@ -62,10 +70,12 @@ pub(crate) fn render(
     state: &mut State,
     renderer: &mut Renderer,
     camera: &Table,
+    watch: Watch<'_>,
 ) -> Result<(Picture, Vec<String>), Fault> {
     look::with(state, camera, None, |state| {
         check(Needs { picture: true, ..Needs::default() }, renderer, state)?;
-        let options = RenderOptions { light: true, ..RenderOptions::default() };
+        let watch = Some(watch);
+        let options = RenderOptions { light: true, watch, ..RenderOptions::default() };
         let frame = if state.scene.shutter > 0.0 {
             let (seconds, step) = (state.seconds, 1.0 / Scene::FRAME_RATE);
             let frame = renderer.render_at(&mut state.scene, seconds, step, &options);
@@ -88,7 +98,7 @@ pub(crate) fn maps(
 ) -> Result<(Vec<Maps>, Vec<String>), Fault> {
     let index = state.light(light)?;
     look::with(state, camera, curve, |state| {
-        // Pictures alone have them.
+        // Only pictures have detail windows.
         state.scene.shadow.detail = false;
         check(Needs { maps: true, ..Needs::default() }, renderer, state)?;
         let options = RenderOptions {
@@ -104,7 +114,7 @@ pub(crate) fn maps(
     })
 }
 
-/// Share of each light that reaches points, flat.
+/// Share of each light that reaches points, as a flat list.
 pub(crate) fn light(
     state: &State,
     renderer: &mut Renderer,
@@ -175,7 +185,7 @@ pub(crate) fn receivers(
         let position = Vec3::from(position);
         let normal = normals.map_or(Vec3::ZERO, |normals| normals[row].into());
         let is_near = position.is_finite() && position.abs().max_element() <= FARTHEST;
-        // A normal of length zero is none.
+        // A normal of length zero counts as none.
         let unit = if normal == Vec3::ZERO { Some(normal) } else { normal.try_normalize() };
         let (true, Some(normal)) = (is_near, unit) else {
             let message = format!("points: row {row} is {position:?}, normal {normal:?}");

@@ -263,7 +263,7 @@ def test_points_that_are_none_name_their_row(down):
 
 
 def test_what_is_too_large_is_refused_before_memory_is_taken(down):
-    # A view of one number: no memory is behind it.
+    # A view of one number, without memory for the others.
     many = np.broadcast_to(np.float32(0), (16_000_001, 3))
     with pytest.raises(gobo.InputError, match="at most"):
         down.add_particles(many, 1.0)
@@ -309,7 +309,12 @@ def test_tensors(down):
     assert down.add_particles(Tensor(positions), 1.0) == 1
     with pytest.raises(gobo.InputError, match="cuda:0") as caught:
         down.add_particles(Tensor(positions, kind=2), 1.0)
-    assert ".cpu()" in caught.value.remedy
+    assert "CPU" in caught.value.remedy
+    away = Tensor(positions, kind=2)
+    away.cpu = lambda: Tensor(positions)
+    with pytest.warns(gobo.GoboWarning, match="positions is on cuda:0, and is copied"):
+        assert down.add_particles(away, 1.0) == 1
+    assert down.counts["particles"] == 2
     with pytest.raises(gobo.InputError, match="gradients") as caught:
         down.light(Tensor(positions, requires_grad=True))
     assert "detach" in caught.value.remedy
@@ -340,7 +345,7 @@ def test_materials_are_shared_by_what_they_are(down):
     assert down.counts["materials"] == 1
     with pytest.raises(gobo.InputError, match="keys beside"):
         down.add_particles([[0, 1, 0]], 0.1, material="smoke", transfer="stain")
-    # A material says how large its particles are.
+    # A material states the size of its particles.
     down.add_particles([[0, 1, 0]], material={"radius": 0.25})
     np.testing.assert_allclose(down.bounds[1], [0.25, 1.25, 0.25])
     for i in range(1000):

@@ -83,7 +83,7 @@ def test_quats_are_wxyz(down):
 
 
 def test_a_volume_absorbs_exponentially(down):
-    """T = exp(-factor * density * length * color) through 8 voxels of 0.1 m, with ramps of half a voxel at both ends."""
+    """T = exp(-factor * density * length * color) through 8 voxels of 0.1 m, with half a voxel of ramp at each end."""
     density = np.full((21, 8, 21), 2.0)
     color = np.array([1.0, 0.5, 0.25])
     down.add_volume(density, 0.1, (-1, 1, -1), factor=1.5, color=color)

@@ -186,7 +186,7 @@ def test_pictures(down, tmp_path):
     with pytest.raises(gobo.InputError):
         image[:10].png()
     assert image[:10]._repr_png_() is None
-    # Exposure changes what is shown, and no light.
+    # Exposure changes the displayed picture, and not the light.
     brighter = down.render(above, samples=1, exposure=1)
     np.testing.assert_array_equal(image, brighter)
     assert brighter.srgb.mean() > image.srgb.mean() + 5
@@ -217,7 +217,7 @@ def test_files_are_read(files, tmp_path):
     assert scene.camera.size == (64, 36)
     alone = gobo.load(str(folder / "smoke.csv"), ground=False)
     assert alone.counts["particles"] == 300 and alone.counts["triangles"] == 0
-    # More can be added to what was read.
+    # A scene that was read can be extended.
     scene.add_particles([[0, 1, 0]], 0.1)
     scene.add_light("point", position=(0, 1, 0))
     assert scene.counts["particles"] == 301 and len(scene.lights) == 3

@@ -82,7 +82,7 @@ import os, signal, sys, threading, time
 import numpy as np
 import gobo_shadows as gobo
 
-# What a shell starts in the background ignores it.
+# A shell makes programs in the background ignore it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 gobo.use_adapter("cpu")
 rng = np.random.default_rng(1)
@@ -107,6 +107,23 @@ def test_an_interruption_is_raised_at_once():
     run = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=240)
     assert run.stdout.split("\n")[:2] == ["interrupted", "(1, 0, 3)"], run.stdout + run.stderr
     assert run.returncode == 0, run.stderr
+
+
+def test_progress_is_told_of_and_ends_the_work():
+    scene, _ = scene_of(3)
+    told = []
+    image = scene.render(size=(16, 9), samples=3, progress=told.append)
+    assert told[-1] == 1 and told == sorted(told) and len(told) in (2, 4), told
+
+    class Enough(Exception):
+        pass
+
+    def enough(share):
+        raise Enough(share)
+
+    with np.testing.assert_raises(Enough):
+        scene.render(size=(16, 9), samples=3, progress=enough)
+    np.testing.assert_array_equal(scene.render(size=(16, 9), samples=3), image)
 
 
 FORKED = """

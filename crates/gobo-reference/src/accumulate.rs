@@ -1,6 +1,6 @@
-//! CPU reference of `accumulate`: light that the hits of each ray let through, and the nearest of them.
+//! CPU reference of `accumulate`: transmittance of each ray's hits, and the nearest of them.
 use super::{
-    caster_hit::{Face, Hit, Records, Target},
+    caster_hit::{Hit, Records, SurfaceCrossing, Target},
     tile::{TEXELS, Tile, TileTexels},
 };
 use glam::{DVec3, Vec3};
@@ -25,6 +25,7 @@ pub struct Modes {
 /// A texel before it is stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accumulated {
+    /// Product of the hits' transmittances, `F`.
     pub light: Vec3,
     /// `D`
     pub nearest: f32,
@@ -33,24 +34,25 @@ pub struct Accumulated {
 }
 
 impl Accumulated {
+    /// A texel without hits.
     pub const NONE: Self = Self { light: Vec3::ONE, nearest: 1.0, owner: NO_OWNER };
 }
 
 /// A ray in front of its opaque surface. 64 bits keep the absorption of each of a million faint casters.
 #[derive(Clone, Debug)]
-struct Ray {
+struct TexelRay {
     passed: DVec3,
-    /// Hits in order of their depths, where the order counts.
+    /// Hits in order of depth, if the order matters.
     hits: Vec<Hit>,
     /// Optical depth of volumes.
     tau: DVec3,
-    /// Volumes that the ray leaves, minus those that it enters.
+    /// Number of volumes that the ray leaves minus number that it enters.
     leaves: i32,
     nearest: f32,
     owner: u16,
 }
 
-impl Ray {
+impl TexelRay {
     const EMPTY: Self = Self {
         passed: DVec3::ONE,
         hits: Vec::new(),
@@ -72,7 +74,7 @@ impl Ray {
         }
     }
 
-    fn cross(&mut self, face: &Face) {
+    fn cross(&mut self, face: &SurfaceCrossing) {
         let depth = f64::from(face.depth) * f64::from(face.metres);
         self.tau += f64::from(face.leaves) * depth * face.absorption.as_dvec3();
         self.leaves += face.leaves;
@@ -84,7 +86,7 @@ impl Ray {
             passed = passed * (DVec3::ONE - hit.absorbed.as_dvec3()) + hit.added.as_dvec3();
         }
         if !modes.gain {
-            // A mesh that is not closed would brighten.
+            // A mesh that is not closed would amplify light.
             tau = tau.max(DVec3::ZERO);
         }
         if leaves > 0 {
@@ -95,7 +97,8 @@ impl Ray {
     }
 }
 
-/// Accumulates a tile: `footprints` are its pairs', front to back; `index` counts from the view's first tile.
+/// Accumulates a tile. `footprints`: of its pairs, front to back; `index`: counted from the view's first
+/// tile.
 pub fn accumulate<'a>(
     records: Records<'_>,
     index: u32,
@@ -104,7 +107,7 @@ pub fn accumulate<'a>(
     modes: Modes,
 ) -> TileTexels<Accumulated> {
     let tile = Tile::new(records.view, index);
-    let mut rays = TileTexels::filled(Ray::EMPTY);
+    let mut rays = TileTexels::filled(TexelRay::EMPTY);
     for footprint in footprints {
         let target = Target::new(records, footprint);
         if !target.filters() {

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/shade/air_*.wgsl` and `crates/gobo-picture/wgsl/shade/air.wgsl`: single scattering towards the eye, as a
-//! volume of columns of pixels and slices of depth.
+//! CPU reference of `wgsl/shade/air_*.wgsl` and `crates/gobo-picture/wgsl/shade/air.wgsl`: single scattering
+//! towards the eye, as a volume of columns of pixels and slices of depth.
 use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use gobo::{
@@ -33,23 +33,23 @@ pub struct AirBefore {
 }
 
 impl AirBefore {
+    /// No air.
     pub const CLEAR: Self = Self { light: Vec3::ZERO, left: Vec3::ONE };
 }
 
-/// Optical depth of a slice below which a series is used, which has no 0/0; its next term is a sixth of the
-/// square.
+/// Optical depth of a slice below which a series avoids 0/0; its next term is a sixth of the square.
 pub const THIN: f32 = 1e-3;
 
 /// Angle at a lamp between two samples \[radians\]: half a degree.
 pub const SAMPLE_ANGLE: f32 = 0.008_726_6;
 /// Most samples of a light in a slice.
 pub const MAX_AIR_SAMPLES: u32 = 16;
-/// Most samples of all lights in a slice, unless each has the least: the loops of an invocation share
+/// Most samples of all lights in a slice, unless each light has the minimum: the loops of an invocation share
 /// llvmpipe's 65,535 iterations.
 pub const MAX_LIT_SAMPLES: u32 = 256;
-/// Distance from a lamp below which its light does not rise \[m\].
+/// Distance from a lamp below which its light no longer rises \[m\].
 pub const NEAREST: f32 = 0.01;
-/// Instead of 0 in a divisor.
+/// Replaces 0 in a divisor.
 pub const TINY: f32 = 1e-20;
 
 /// Mean of `exp(-x)` from 0 to `tau`.
@@ -65,7 +65,7 @@ pub fn phase(cosine: f32, g: f32) -> f32 {
 }
 
 /// Middle of a column: `eye + direction t`, where t is the distance along the camera's axis, world space.
-struct Ray {
+struct ColumnRay {
     eye: Vec3,
     direction: Vec3,
     /// Offset of the samples in a slice, in their distances, -0.5 to 0.5.
@@ -79,10 +79,10 @@ fn sample_offset(view: &GpuView, world_from_view: &Mat4) -> Vec2 {
     within_pixel(shear * view.scale)
 }
 
-impl Ray {
-    /// Radiance that the air between two distances `ends` scatters back along the ray, per unit of
-    /// scattering optical depth: the mean. Samples of a lamp are at even angles seen from it (Kulla and
-    /// Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
+impl ColumnRay {
+    /// Mean radiance that the air between two distances `ends` scatters back along the ray, per unit of
+    /// scattering optical depth. Samples of a lamp are at even angles seen from it (Kulla and Fajardo 2012,
+    /// section 4), as many as its light needs, and only inside the cone of a spot.
     fn scattered(
         &self,
         lighting: &Lighting<'_>,
@@ -100,7 +100,7 @@ impl Ray {
         if lit.x >= lit.y {
             return Vec3::ZERO;
         }
-        // Along the ray, from the point nearest to the lamp [m].
+        // Distance along the ray from the point nearest to the lamp [m].
         let nearest = origin.dot(ray);
         let (low, high) = (lit.x * metres + nearest, lit.y * metres + nearest);
         let apart = (origin - ray * nearest).length().max(NEAREST);
@@ -121,7 +121,7 @@ impl Ray {
             } else {
                 (low + (high - low) * part, high - low)
             };
-            // Length of the ray that the sample stands for, in slices.
+            // Length of ray per sample, in slices.
             let share = share / (metres * (ends.y - ends.x) * count as f32);
             let point = self.eye + ray * (at - nearest);
             lighting.scattered(index, point, ray, params.anisotropy) * share
@@ -130,8 +130,8 @@ impl Ray {
     }
 }
 
-/// Part of the ray `origin + direction t` with t within `ends` that is in the cone of a spot at zero; empty
-/// where x > y.
+/// Part of the ray `origin + direction t`, with t within `ends`, inside the cone of a spot at the origin;
+/// empty where x > y.
 fn in_cone(light: &GpuLight, origin: Vec3, direction: Vec3, ends: Vec2) -> Vec2 {
     // A point x is in it where dot(x, light.direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
     let (along, start) = (direction.dot(light.direction), origin.dot(light.direction));
@@ -145,8 +145,8 @@ fn in_cone(light: &GpuLight, origin: Vec3, direction: Vec3, ends: Vec2) -> Vec2 
     let q = if b < 0.0 { root - b } else { -(b + root) };
     let (first, second) = (q / a, c / if q.abs() < TINY { TINY } else { q });
     let (low, high) = (first.min(second), first.max(second));
-    // Across the cone: between the roots, if they are not those of its mirror image. Along it: the ray
-    // leaves one of the two by one root, and enters the other by the other.
+    // Across the cone the part is between the roots, unless they belong to its mirror image. Along the cone,
+    // the ray leaves one of the two at one root and enters the other at the other root.
     if a < 0.0 {
         let is_missed = inner < 0.0 || start - along * b / a < 0.0;
         let lit = Vec2::new(ends.x.max(low), ends.y.min(high));
@@ -176,7 +176,7 @@ impl AirVolume {
             let direction = Vec3::new(slope.x, -slope.y, -1.0);
             let eye = world_from_view.transform_point3(Vec3::ZERO);
             let direction = world_from_view.transform_vector3(direction);
-            let ray = Ray { eye, direction, phase: offset.x };
+            let ray = ColumnRay { eye, direction, phase: offset.x };
             let range = view.far - view.near;
             let length = range / params.slices as f32 * direction.length();
             let tau = params.extinction * length;

@@ -1,5 +1,5 @@
-//! Area lights by their definition: the light at a receiver is the mean over points of the light's surface.
-//! Each point has hard maps of its own, one point's at a time.
+//! Area lights by definition: the light at a receiver is the mean over points of the light's surface. Each
+//! point has hard shadow maps of its own; one point of each light is evaluated at a time.
 use super::maps::SceneRecords;
 use glam::Vec3;
 use gobo::{
@@ -8,8 +8,9 @@ use gobo::{
 };
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-/// Points of an area light, the same for all receivers. The share of a disc that a straight edge covers is off by
-/// 0.010 on average over directions and distances, at most by 0.046; of a sphere by 0.014 and 0.071.
+/// Points of an area light, the same for all receivers. The share of a disc that a straight edge covers is
+/// off by 0.010 on average over directions and distances, and by 0.046 at most; of a sphere by 0.014 and
+/// 0.071.
 pub(super) const POINTS: usize = 64;
 /// Fraction of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -26,15 +27,15 @@ pub(super) struct LightPoints<'a> {
 }
 
 impl<'a> LightPoints<'a> {
-    /// Positions and directions of the scene's lights themselves.
+    /// The scene's lights, reduced to their centres.
     pub(super) fn centers(scene: &Scene, views: &[View], maps: &'a [ViewMaps]) -> Self {
         let maps = maps.iter().collect();
         Self { lights: scene.lights.clone(), views: views.to_vec(), maps }
     }
 }
 
-/// Mean over the points of all area lights of what `evaluate` gives for one point of each; `maps` of `views`: those
-/// of the scene's lights as points.
+/// Mean of `evaluate` over the points of all area lights, one point of each at a time; `maps` of `views`:
+/// those of the lights' centres.
 pub(super) fn mean_over_points(
     scene: &Scene,
     views: &[View],
@@ -74,7 +75,7 @@ pub(super) fn mean_over_points(
     sum.iter().map(|sum| *sum / POINTS as f32).collect()
 }
 
-/// Whether a view is of a viewpoint beyond the first.
+/// Whether a view belongs to a viewpoint beyond the first.
 fn is_of_viewpoint(view: &View, scene: &Scene) -> bool {
     view.light.is_some_and(|index| {
         let light = &scene.lights[index];
@@ -94,7 +95,7 @@ fn light_at(light: &Light, index: usize, scene: &Scene, views: &[View], i: usize
     }
     let mut first = shadows.remove(0);
     if let (LightKind::Spot { position, direction, angle }, Some(size)) = (first.kind, first.size) {
-        // As wide as the whole light's cone is where the scene is.
+        // As wide as the whole light's cone at the scene's distance.
         let away = (scene.held_bounds().center() - position).dot(direction.normalize());
         let slope = (angle * 0.5).tan();
         let wider = 1.0 + (radius(&source) / (away * slope).abs().max(1e-6)).min(1.0);
@@ -114,7 +115,7 @@ fn radius(source: &Source) -> f32 {
     }
 }
 
-/// The position or, of a sun, the direction of point `i` of a light.
+/// The position or, for a sun, the direction of point `i` of a light.
 fn kind_at(kind: LightKind, source: &Source, i: usize) -> LightKind {
     let offset = offset(source, i);
     match kind {
@@ -130,9 +131,10 @@ fn kind_at(kind: LightKind, source: &Source, i: usize) -> LightKind {
     }
 }
 
-/// Point `i` of a source, from its middle, world space \[m\]; of a sun a slope along its first two axes.
+/// Offset of point `i` of a source from its centre, world space \[m\]; for a sun a slope along its first two
+/// axes.
 fn offset(source: &Source, i: usize) -> Vec3 {
-    // A Fibonacci lattice, and a third coordinate for spheres.
+    // A Fibonacci lattice, with a third coordinate for spheres.
     let u = (i as f32 + 0.5) / POINTS as f32;
     let v = (i as f64 * GOLDEN).fract() as f32;
     let w = (0.5 + i as f64 * std::f64::consts::SQRT_2).fract() as f32;
@@ -140,11 +142,11 @@ fn offset(source: &Source, i: usize) -> Vec3 {
     let [right, up] = source.half_axes();
     match source {
         Source::Disc { .. } => u.sqrt() * (right * cosine + up * sine),
-        // The axes are its edges, divided by the root of 3.
+        // The axes are its edges divided by the root of 3.
         Source::Rect { .. } => 3f32.sqrt() * (right * (u - 0.5) + up * (v - 0.5)),
         Source::Sun { .. } => right.x * u.sqrt() * Vec3::new(cosine, sine, 0.0),
-        // Seen from anywhere, a sphere is a disc: of equal density is each projection of a ball whose density
-        // is 1 / sqrt(1 - r^2) at a radius r (by Abel's transform).
+        // A sphere appears as a disc from everywhere: each projection of a ball with density 1 / sqrt(1 -
+        // r^2) at radius r has even density (by Abel's transform).
         Source::Sphere { .. } => {
             let (height, out) = (2.0 * u - 1.0, 2.0 * (u * (1.0 - u)).sqrt());
             right.x * ball_radius(w) * Vec3::new(out * cosine, out * sine, height)
@@ -152,9 +154,9 @@ fn offset(source: &Source, i: usize) -> Vec3 {
     }
 }
 
-/// Radius in a unit ball of density 1 / sqrt(1 - r^2) within which a share of it is.
+/// Radius that encloses a share of a unit ball with density 1 / sqrt(1 - r^2).
 fn ball_radius(share: f32) -> f32 {
-    // With r = sin t, it is (2 t - sin 2 t) / pi.
+    // With r = sin t, the share is (2 t - sin 2 t) / pi.
     let (mut low, mut high) = (0.0_f32, FRAC_PI_2);
     for _ in 0..24 {
         let middle = 0.5 * (low + high);

@@ -17,20 +17,21 @@ pub struct TilePair {
 pub struct Bins {
     /// Pairs sorted by tile; within a tile by depth key, then by footprint.
     pub pairs: Vec<TilePair>,
-    /// Index of each tile's first pair, and the number of pairs at the end.
+    /// Index of each tile's first pair; the number of pairs at the end.
     pub tile_starts: Vec<u32>,
-    /// Footprints whose pairs did not all fit, in depth order; none of their pairs is in `pairs`.
+    /// Footprints whose pairs did not all fit, in depth order; `pairs` holds none of their pairs.
     pub overflowed: Vec<u32>,
 }
 
 impl Bins {
+    /// The pairs of a tile.
     pub fn tile(&self, tile: usize) -> &[TilePair] {
         &self.pairs[self.tile_starts[tile] as usize..self.tile_starts[tile + 1] as usize]
     }
 }
 
-/// Bins footprints. `sorted`: footprints by depth key, without the invisible ones; `rects`: of every
-/// footprint; `outline`: of a footprint, if that is a Gaussian's.
+/// Bins footprints. `sorted`: visible footprints by depth key; `rects`: of all footprints; `outline`: of a
+/// footprint, if it is a Gaussian's.
 pub fn bin<'a>(
     sorted: &[u32],
     rects: &[TileRect],
@@ -42,7 +43,7 @@ pub fn bin<'a>(
     let mut bins = Bins::default();
     let mut emitted = Vec::new();
     let mut counts = vec![0_u32; tile_count as usize];
-    // 64 bits: the number of pairs may be far above the capacity.
+    // 64 bits, as the number of pairs may be far above the capacity.
     let mut offset = 0_u64;
     for &footprint in sorted {
         let rect = &rects[footprint as usize];

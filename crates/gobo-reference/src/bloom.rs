@@ -1,14 +1,14 @@
-//! CPU reference of `wgsl/bloom/*.wgsl`: a share of the light spreads around (Jimenez 2014, "Next Generation Post
-//! Processing in Call of Duty").
+//! CPU reference of `wgsl/bloom/*.wgsl`: a share of the light spreads to its surroundings (Jimenez 2014,
+//! "Next Generation Post Processing in Call of Duty").
 use glam::{IVec2, UVec2, Vec3};
 use gobo::records::bloom_sizes;
 
-/// Share of the coarser levels.
+/// Weight of the coarser levels.
 pub const BLOOM_SPREAD: f32 = 0.7;
-/// Most light of a texel: levels are halves.
+/// Most light of a texel: levels are half floats.
 pub const MAX_BLOOM: f32 = 65504.0;
 
-/// A picture, or the same at a smaller size.
+/// A picture, or a smaller level of it.
 pub(super) struct Level {
     size: UVec2,
     light: Vec<Vec3>,
@@ -52,7 +52,7 @@ impl Level {
     }
 }
 
-/// A picture's light, of which a share spreads around: row by row.
+/// A picture's light after bloom, row by row; `share`: spread light.
 pub fn bloomed(size: UVec2, light: &[Vec3], share: f32) -> Vec<Vec3> {
     let mut levels = vec![Level::new(size, light.to_vec())];
     for size in bloom_sizes(size) {

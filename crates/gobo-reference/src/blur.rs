@@ -1,8 +1,8 @@
-//! CPU reference of `wgsl/blur/`: a Gaussian of the filter map and of the curves. Depths are not blurred; the
-//! nearest one becomes the nearest of the window, so that all of a blurred edge is behind it.
+//! CPU reference of `wgsl/blur/`: a Gaussian blur of the filter map and of the curves. Depths are not
+//! blurred; the nearest depth becomes the nearest of the window, so that all of a blurred edge is behind it.
 //!
-//! Texels off the map have no weight, and neither have blind ones, whose opaque surface is in front of all
-//! translucent casters of the window: their light would leak into the shadow next to them.
+//! Texels outside the map have weight 0, and so have blind ones, whose opaque surface is in front of all
+//! translucent casters of the window: their light would leak into the shadow beside them.
 use super::{
     curve::{
         DEPTHS,
@@ -18,7 +18,7 @@ use gobo::{
 };
 
 /// A blurred texel.
-struct Texel {
+struct BlurredTexel {
     filter: [f32; 3],
     nearest: f32,
     owner: u16,
@@ -42,7 +42,7 @@ pub fn blur(maps: &mut ViewMaps, radius: u32) {
     }
 }
 
-fn blurred(maps: &ViewMaps, at: usize, radius: u32) -> Texel {
+fn blurred(maps: &ViewMaps, at: usize, radius: u32) -> BlurredTexel {
     let (mut nearest, mut owner, mut first) = (1.0, NO_OWNER, 1.0_f32);
     for (_, i) in window(maps.view.size, at, radius) {
         if maps.nearest[i] < nearest {
@@ -64,7 +64,7 @@ fn blurred(maps: &ViewMaps, at: usize, radius: u32) -> Texel {
         nodes.resize(curve.nodes, PackedNode::default());
         merge(&ramps, &mut nodes, curve.gain);
     }
-    Texel { filter: light.to_array().map(stored), nearest, owner, nodes }
+    BlurredTexel { filter: light.to_array().map(stored), nearest, owner, nodes }
 }
 
 /// First depth at which a texel loses light; curves also hold casters too faint for a nearest depth.

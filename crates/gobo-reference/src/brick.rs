@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth; and of
-//! `wgsl/project/brick_extent.wgsl`.
+//! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth;
+//! and of `wgsl/project/brick_extent.wgsl`.
 use super::brick_light::{Lattice, Thirds};
 use super::curve::taken::Taken;
 use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec3Swizzles as _, Vec4Swizzles as _};
@@ -8,43 +8,44 @@ use gobo::{
     records::{BrickRecord, Bricks, GpuView, GridRecord},
 };
 
-/// Offset of the two points of Gauss from the middle of a cell's part, of its length: `1 / sqrt(12)`.
+/// Offset of the two Gauss points from the middle of a ray's stretch in a cell, in lengths of the stretch: `1
+/// / sqrt(12)`.
 pub const GAUSS: f32 = 0.288_675_13;
 /// Ramps of a curve for a brick with voxels of its own.
 pub const VOXEL_PARTS: u32 = 3;
-/// Least way along an axis, so that no ray is parallel to a face \[voxels\].
+/// Least step along an axis, so that no ray is parallel to a face \[voxels\].
 pub const LEAST_WAY: f32 = 1e-20;
 
-/// Equal parts of a ray's way through a box of constant density, each of which has a light of its own in a dense grid.
+/// Equal parts of a ray's path through a box of constant density; in a dense grid each has its own light.
 pub const EVEN_PARTS: u32 = 25;
 /// Last cell of a brick along an axis.
 const LAST_CELL: f32 = (BRICK_SIZE - 1) as f32;
 
-/// Share by which a brick's edges may be off a right angle.
+/// Tolerance of right angles between a brick's edges, as a share.
 pub const SQUARE: f32 = 1e-4;
-/// Rounding of the least distance of a right-angled brick, a share of the distances that it is made of. Small, so that
-/// neighbours stay in order where the eye is hardly beside the plane of their face.
+/// Rounding of the least distance of a right-angled brick, as a share of the distances that it is computed
+/// from. Small, so that neighbours stay in order if the eye is close to the plane of their common face.
 pub const DISTANCE_ROUNDING: f32 = 4e-6;
 
 /// The part of a ray inside a brick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passage {
-    /// Where density begins, along the axis \[m\].
+    /// Distance along the axis at which density begins \[m\].
     pub first: f32,
-    /// Along the axis, of the ramp that a curve takes \[m\].
+    /// Start and end of the curve's ramp along the axis \[m\].
     pub ramp: [f32; 2],
     /// Optical depth, per channel.
     pub tau: Vec3,
-    /// What it absorbs for its light.
+    /// Absorption in each third of the path.
     pub thirds: Thirds,
 }
 
 /// A ray in the grid's index space, from its anchor.
 struct IndexRay {
     start: Vec3,
-    /// For a metre along the axis.
+    /// Step per metre along the axis.
     way: Vec3,
-    /// Its length for a metre along the axis.
+    /// Length per metre along the axis.
     metres: f32,
 }
 
@@ -67,19 +68,19 @@ impl IndexRay {
         Self { start: index(start), way: never_parallel(index(along)), metres: along.length() }
     }
 
-    /// From a point in world space \[m\], whose way for a metre is `toward`.
+    /// A ray from a point in world space \[m\]; `toward`: its step per metre.
     fn from_point(grid: &GridRecord, point: Vec3, toward: Vec3) -> Self {
         let anchor = Vec3::from_array(grid.rows.map(|row| row.w));
         let index = |v: Vec3| Vec3::from_array(grid.rows.map(|row| row.xyz().dot(v)));
         Self { start: index(point - anchor), way: never_parallel(index(toward)), metres: 1.0 }
     }
 
-    /// Where the ray meets the planes through `corner`, along the axis \[m\].
+    /// Distances along the axis at which the ray meets the planes through `corner` \[m\].
     fn meets(&self, corner: Vec3) -> Vec3 {
         (corner - self.start) * self.way.recip()
     }
 
-    /// The part of the way inside a box, between two depths \[m\].
+    /// The part of the path inside a box, between two depths \[m\].
     fn within(
         &self,
         [low, high]: [Vec3; 2],
@@ -105,11 +106,11 @@ fn never_parallel(way: Vec3) -> Vec3 {
     Vec3::select(way.abs().cmplt(Vec3::splat(LEAST_WAY)), Vec3::splat(LEAST_WAY), way)
 }
 
-/// The way of a ray in one cell of voxels, or in one part of a box of constant density.
+/// A ray's path in one cell of voxels, or in one part of a box of constant density.
 struct Stretch {
-    /// Where it begins and ends, along the axis \[m\].
+    /// Start and end along the axis \[m\].
     ends: [f32; 2],
-    /// Densities at the two points of Gauss.
+    /// Densities at the two Gauss points.
     densities: [f32; 2],
 }
 
@@ -156,8 +157,8 @@ impl Stretch {
     }
 }
 
-/// `end`: of the ray, along the axis \[m\]; `part`: which of how many equal parts of the way through the brick. `None`
-/// where there is no density.
+/// `end`: of the ray, along the axis \[m\]; `part`: index and number of equal parts of the path through the
+/// brick. `None` where there is no density.
 pub(super) fn passage(
     view: &GpuView,
     bricks: &Bricks,
@@ -180,7 +181,7 @@ pub(super) fn passage(
         return (tau.max_element() > 0.0).then_some(Passage { first, ramp, tau, thirds });
     }
     let (mut begins, mut ends, mut depth) = (last, first, 0.0);
-    // Where light is lost, in the mean of the channels.
+    // Place where light is lost, in the mean of the channels.
     let dim = -of_density.element_sum() / 3.0;
     let (mut light, mut taken) = (1.0, Taken::from(first));
     let at_third = [1.0, 2.0].map(|number| mix(first, last, number / 3.0));
@@ -208,8 +209,8 @@ pub(super) fn passage(
     (tau.max_element() > 0.0).then_some(Passage { first: begins, ramp, tau, thirds })
 }
 
-/// Mean light of what a ray meets in a brick of a dense grid, by what is absorbed there, cell by cell: light is taken
-/// where the cell absorbs in the mean. `end` as for [`passage`].
+/// Mean light scattered by a ray's path in a brick of a dense grid, weighted by absorption, cell by cell:
+/// light is read at the place of a cell's mean absorption. `end` as in [`passage`].
 pub(super) fn dense_light(
     view: &GpuView,
     bricks: &Bricks,
@@ -242,8 +243,8 @@ pub(super) fn dense_light(
     sum / all.max(Vec3::splat(1e-20))
 }
 
-/// From a point in a brick towards a light that is `end` away \[m\]: where the way leaves the brick, world space \[m\], and
-/// what of the light passes up to there.
+/// From a point in a brick towards a light at distance `end` \[m\]: the point at which the path leaves the
+/// brick, world space \[m\], and the transmittance up to there.
 pub(super) fn own_shadow(
     bricks: &Bricks,
     brick: &BrickRecord,
@@ -291,12 +292,12 @@ pub(super) struct BrickExtent {
     pub max: Vec2,
     /// Along the axis \[m\].
     pub along: [f32; 2],
-    /// Distance of its nearest point from the origin of view space, at most \[m\].
+    /// Upper bound of its nearest point's distance from the origin of view space \[m\].
     pub least: f32,
 }
 
 impl BrickExtent {
-    /// `half_edges`: of the box, world space \[m\]; `center` of the box in view space \[m\].
+    /// `half_edges`: of the box, world space \[m\]; `center`: of the box, view space \[m\].
     pub(super) fn new(view: &GpuView, half_edges: &[Vec3; 3], center: Vec3) -> Self {
         let [x, y, z] = half_edges.map(|edge| view.view_from_world.transform_vector3(edge));
         let reach = x.z.abs() + y.z.abs() + z.z.abs();

@@ -1,24 +1,24 @@
-//! CPU reference of `wgsl/hit/brick_light.wgsl` and `crates/gobo-picture/wgsl/shade/shade_bricks.wgsl`: light that a brick sends along a ray
-//! to the eye.
+//! CPU reference of `wgsl/hit/brick_light.wgsl` and `crates/gobo-picture/wgsl/shade/shade_bricks.wgsl`: light
+//! that a brick sends along a ray to the eye.
 use glam::{UVec3, Vec2, Vec3};
 use gobo::records::{BrickRecord, Bricks, GpuView};
 
-/// Parts of a ray's way through a brick, each of which counts as even.
+/// Parts of a ray's path through a brick; density is taken as even in each.
 pub const THIRDS: u32 = 3;
 /// Optical depth below which a series is more precise.
 pub const SERIES: f32 = 0.02;
 
-/// Light at a lattice of points over a brick's box, the faces included.
+/// Light at a lattice of points over a brick's box, faces included.
 #[derive(Clone, Debug)]
 pub struct Lattice {
     /// Points along an edge.
     pub edge: u32,
-    /// x first.
+    /// Light at the points, x first.
     pub light: Vec<Vec3>,
 }
 
 impl Lattice {
-    /// Trilinear between the points; `place` in the box, 0..1.
+    /// Trilinear interpolation between the points; `place`: in the box, 0..1.
     pub(super) fn at(&self, place: Vec3) -> Vec3 {
         let last = (self.edge - 1) as f32;
         let at = place.clamp(Vec3::ZERO, Vec3::ONE) * last;
@@ -34,17 +34,17 @@ impl Lattice {
     }
 }
 
-/// What a ray meets in each third of its way through a brick, as if the density of each were even.
+/// Absorption in each third of a ray's path through a brick, with even density in each third.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thirds {
-    /// Where the ray enters and leaves the box, 0..1.
+    /// Points at which the ray enters and leaves the box, 0..1.
     pub ends: [Vec3; 2],
     /// Optical depths.
     pub depths: [Vec3; THIRDS as usize],
 }
 
 impl Thirds {
-    /// Mean light of what the ray has met, by what was absorbed there.
+    /// Mean light along the path, weighted by absorption.
     pub(super) fn light(&self, lattice: &Lattice) -> Vec3 {
         let at = |part| lattice.at(self.ends[0].lerp(self.ends[1], part));
         let (mut left, mut all, mut sum) = (Vec3::ONE, Vec3::ZERO, Vec3::ZERO);
@@ -62,13 +62,14 @@ impl Thirds {
     }
 }
 
-/// Mean distance from the start at which light is absorbed in what is even and of optical depth `tau`, of its length.
+/// Mean distance at which light is absorbed on a path of even density and optical depth `tau`, in lengths of
+/// the path.
 fn mean_way(tau: f32) -> f32 {
     if tau < SERIES { 0.5 - tau / 12.0 } else { 1.0 / tau - 1.0 / (tau.min(80.0).exp() - 1.0) }
 }
 
-/// Points of a brick's lattice: their places in the box, 0..1, and world space \[m\]; `None` where the camera does not see
-/// the brick.
+/// Points of a brick's lattice: positions in the box, 0..1, and in world space \[m\]; `None` where the camera
+/// does not see the brick.
 pub(super) fn points_of(
     bricks: &Bricks,
     brick: &BrickRecord,

@@ -1,10 +1,11 @@
 //! CPU reference of `wgsl/hit/capsule.wgsl` and `wgsl/project/capsule_extent.wgsl`: segments of strands.
 //!
-//! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the length in
-//! local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight through the axis
-//! meets the opacity `a`. Where the cone is thinner than a texel at its place closest to the ray, it becomes a texel
-//! wide, and the ray's way through the whole cone, of `S` diameters, covers the texel by the ratio of the radii:
-//! `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`. Both are products over the pieces of a strand that is cut.
+//! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the
+//! length in local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight
+//! through the axis meets the opacity `a`. Where the cone is thinner than a texel at its point closest to the
+//! ray, it becomes a texel wide, and the ray's path through the whole cone, of `S` diameters, covers the
+//! texel by the ratio of radii: `T = (1 - thin (1 - (1 - a (1 - c))^S))^(s / S)`. Both multiply over the
+//! pieces of a strand.
 use super::{
     caster_hit::Hit,
     gaussian::ENDLESS,
@@ -21,14 +22,14 @@ use gobo::{
 
 /// Least squared sine between a ray and the axis.
 pub const PARALLEL: f32 = 1e-8;
-/// A whole way that is longer covers nothing, seen along the axis \[diameters\].
+/// Longest path that covers anything: beyond it the capsule is seen along its axis \[diameters\].
 pub const LONGEST_WAY: f32 = 1e6;
-/// Most of the change of the radius along a ray, a share of the mean radius.
+/// Largest change of the radius along a ray, in mean radii.
 pub const TIP: f32 = 0.9999;
 /// Least transmittance of a diameter, so that its optical depth is finite.
 pub const LEAST_PASSED: f32 = 1e-9;
 
-/// The tiles of a small rectangle that are touched.
+/// The touched tiles of a small rectangle.
 fn touched_tiles(rect: TileRect, touches: impl Fn(Vec2, Vec2) -> bool) -> TileRect {
     let (xs, ys) = (rect.x(), rect.y());
     let (x0, y0) = (*xs.start(), *ys.start());
@@ -53,15 +54,15 @@ fn to_map(v: Vec3) -> Vec3 {
     v * Vec3::new(1.0, -1.0, -1.0)
 }
 
-/// A capsule in a view: to the right, down and along the view's axis \[m\].
+/// A capsule in a view, in components to the right, down and along the view's axis \[m\].
 #[derive(Clone, Copy, Debug)]
 pub struct CapsuleSetup {
     first: Vec3,
-    /// Unit vector along it.
+    /// Direction of its axis, unit.
     axis: Vec3,
     length: f32,
     planes: [Vec3; 2],
-    /// Its radius, and the least one that shows.
+    /// Its radius, and the least visible radius.
     taper: Line,
     least: Line,
 }
@@ -83,8 +84,8 @@ impl Line {
         self.start + self.slope * point
     }
 
-    /// Integral of `metres` of way over twice the radius, along a ray of which a step of 1 is `step` along the
-    /// axis. `point`: the middle of `length` steps, along the axis.
+    /// Integral of 1 / (2 r) along a ray: over `length` steps of `metres` each, `step` along the axis each;
+    /// `point`: their middle along the axis.
     fn diameters(self, point: f32, step: f32, length: f32, metres: f32) -> f32 {
         let mean = self.at(point);
         let rise = (0.5 * self.slope * step * length / mean).clamp(-TIP, TIP);
@@ -99,12 +100,13 @@ impl Line {
     }
 }
 
-/// Least radius at a place in view space \[m\]; behind the eye negative, where no ray is.
+/// Least visible radius at a place in view space \[m\]; negative behind the eye, where no ray is.
 fn least_radius(view: &GpuView, along: f32) -> f32 {
     MIN_RADIUS * if view.perspective > 0.0 { along } else { 1.0 } / view.scale
 }
 
 impl CapsuleSetup {
+    /// Sets a capsule up for the texels of a view.
     pub fn new(view: &GpuView, record: &CapsuleRecord) -> Self {
         let ends = [record.first, record.last]
             .map(|end| to_map(view.view_from_world.transform_point3(end)));
@@ -117,7 +119,7 @@ impl CapsuleSetup {
         Self { first, axis: (last - first) / length, length, planes, taper, least }
     }
 
-    /// Where the ray through `texel` is inside, up to light depth `opaque_depth`.
+    /// Path of the ray through `texel` inside the capsule, up to light depth `opaque_depth`.
     fn passage(&self, view: &GpuView, texel: Vec2, opaque_depth: f32) -> Option<Way> {
         let slope = (texel - view.size * 0.5) / view.scale;
         let (start, way) = if view.perspective > 0.0 {
@@ -125,7 +127,7 @@ impl CapsuleSetup {
         } else {
             (slope.extend(0.0), Vec3::Z)
         };
-        // Relative to the first end, from where the ray is closest to it.
+        // Relative to the first end, from the ray's closest point to it.
         let square = way.length_squared();
         let to_first = self.first - start;
         let closest = to_first.dot(way) / square;
@@ -135,7 +137,7 @@ impl CapsuleSetup {
         let (turn, least_turn) = (across.length_squared(), PARALLEL * square);
         let is_along = turn < least_turn;
         let sine = turn.max(least_turn);
-        // Where the ray is closest to the axis. One along it keeps its distance: where it begins.
+        // The ray's point closest to the axis. A ray along the axis keeps its distance: its start.
         let (middle, miss2) = if is_along {
             let start = (begin + (view.near - closest) * step).clamp(0.0, self.length);
             ((start - begin) / step, (off - self.axis * begin).length_squared())
@@ -143,7 +145,7 @@ impl CapsuleSetup {
             (begin * step / sine, off.dot(across).powi(2) / sine)
         };
         let closest_place = begin + middle * step;
-        // One cone for the whole ray, the same for the pieces of a strand.
+        // One cone for the whole ray, the same for all pieces of a strand.
         let nearest = closest_place.clamp(0.0, self.length);
         let is_thin = self.taper.at(nearest) < self.least.at(nearest);
         let line = if is_thin { self.least } else { self.taper };
@@ -156,7 +158,7 @@ impl CapsuleSetup {
         }
         let b = radius * grows;
         let q = b + square_root.sqrt().copysign(b);
-        // Both are 0 of a ray from the tip of the cone.
+        // Both are 0 for a ray from the tip of the cone.
         let roots = [q / open, if q == 0.0 { 0.0 } else { (miss2 - radius * radius) / q }];
         let (low, high) = (roots[0].min(roots[1]), roots[0].max(roots[1]));
         // A ray within the cone's own angle stays inside.
@@ -181,9 +183,9 @@ impl CapsuleSetup {
             |from: f32, to: f32| line.diameters(along(0.5 * (from + to)), step, to - from, metres);
         let inside = diameters(first, last);
         let point = along(0.5 * (first + last));
-        // A ray that begins inside enters at the near plane, not in front of it for rounding.
+        // A ray that begins inside enters at the near plane, and not in front of it by rounding.
         let depth = |at: f32| ((closest + at - view.near) / range).max(0.0);
-        // Exactly 1 on every device, whose divisions may round otherwise.
+        // Exactly 1 on every device, although divisions may round otherwise.
         let share = (self.taper.at(point) / line.at(point)).clamp(0.0, 1.0);
         (inside > 0.0).then(|| Way {
             inside,
@@ -198,7 +200,7 @@ impl CapsuleSetup {
         })
     }
 
-    /// The part of a way that is between the planes of both ends. `off`: its start, from the first end.
+    /// The part of a path between the planes of both ends. `off`: its start, from the first end.
     fn between_planes(&self, off: Vec3, way: Vec3, [mut first, mut last]: [f32; 2]) -> [f32; 2] {
         for (normal, back, sign) in
             [(self.planes[0], 0.0, 1.0), (self.planes[1], self.length, -1.0)]
@@ -218,16 +220,16 @@ impl CapsuleSetup {
     }
 }
 
-/// A ray's way through a capsule.
+/// A ray's path through a capsule.
 #[derive(Clone, Copy, Debug)]
 struct Way {
-    /// Inside the capsule \[local diameters\].
+    /// Length inside the capsule \[local diameters\].
     inside: f32,
-    /// In the whole cone \[local diameters\].
+    /// Length in the whole cone \[local diameters\].
     whole: f32,
     /// Ratio of the true radius to the widened one.
     thin: f32,
-    /// Light depths where it enters and leaves.
+    /// Light depths at which it enters and leaves.
     depth: f32,
     end: f32,
 }
@@ -237,7 +239,7 @@ fn tau_of(absorbed: f32) -> f32 {
     if absorbed < 0.5 { -(-absorbed).ln_1p() } else { -(1.0 - absorbed).max(LEAST_PASSED).ln() }
 }
 
-/// Hit of the ray through `texel`, which ends at light depth `opaque_depth`. `color`: colour times tint, and alpha.
+/// Hit of the ray through `texel`, which ends at light depth `opaque_depth`. `color`: tinted, with alpha.
 pub fn capsule_hit(
     view: &GpuView,
     setup: &CapsuleSetup,
@@ -319,17 +321,17 @@ pub fn project_capsule(
 
 /// Extent of a capsule in the map \[texels\].
 struct Extent {
-    /// Middle of its axis, and from there to its last end.
+    /// Middle of its axis, and the offset from there to its last end.
     middle: Vec2,
     half: Vec2,
-    /// How far it reaches from its axis; negative if an end is beside the view.
+    /// Reach to each side of its axis; negative if an end is beside the view.
     width: f32,
     bounds: TexelBox,
 }
 
 impl Extent {
-    /// `ends`: to the right, down and along the axis, with the radii of the spheres within whose hull it is \[m\]; `least`: its
-    /// distance from the light, 0 if that may be inside.
+    /// `ends`: to the right, down and along the axis, with the radii of the spheres whose hull contains it
+    /// \[m\]; `least`: its distance from the light, 0 if the light may be inside.
     fn new(view: &GpuView, ends: [Vec4; 2], least: f32) -> Self {
         let center = view.size * 0.5;
         if view.perspective == 0.0 {
@@ -366,7 +368,7 @@ impl Extent {
     }
 }
 
-/// Radius of a circle around the place of a sphere's centre that contains the sphere \[texels\].
+/// Radius of a circle that contains a sphere's image, around the image of the sphere's centre \[texels\].
 fn circle(view: &GpuView, center: Vec3, radius: f32) -> f32 {
     let sine = radius / center.length();
     let slope = center.truncate().length() / center.z;
@@ -379,7 +381,7 @@ fn circle(view: &GpuView, center: Vec3, radius: f32) -> f32 {
     if rest > 0.0 { view.scale * tangent * (1.0 + slope * slope) / rest } else { ENDLESS }
 }
 
-/// Whether some texel centre in the box `lo..hi` may be in the capsule: a rectangle around its axis.
+/// Whether the capsule may contain a texel centre in the box `lo..hi`, by a rectangle around its axis.
 pub fn capsule_touches(footprint: &Footprint, lo: Vec2, hi: Vec2) -> bool {
     let half = capsule_half(footprint);
     let width = footprint.radius + SLACK;
@@ -393,7 +395,7 @@ pub fn capsule_touches(footprint: &Footprint, lo: Vec2, hi: Vec2) -> bool {
             && off <= length + width + along.x.abs() * reach.x + along.y.abs() * reach.y)
 }
 
-/// From the middle of a capsule to its last end \[texels\].
+/// Offset from the middle of a capsule to its last end \[texels\].
 pub fn capsule_half(footprint: &Footprint) -> Vec2 {
     Vec2::new(f32::from_bits(footprint.red_green), f32::from_bits(footprint.blue_slope))
 }

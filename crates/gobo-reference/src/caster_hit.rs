@@ -24,30 +24,39 @@ use gobo::{
     },
 };
 
-/// Records that the hit tests of one view read.
 mod hit;
 
-pub use hit::{Crossing, Face, Hit, metres_per_depth};
+pub use hit::{Crossing, Hit, SurfaceCrossing, metres_per_depth};
 
+/// Records that the hit tests of one view read.
 #[derive(Clone, Copy, Debug)]
 pub struct Records<'a> {
+    /// The view.
     pub view: &'a GpuView,
+    /// Particles, then Gaussians.
     pub casters: &'a [Caster],
+    /// Bricks of all grids.
     pub bricks: &'a Bricks,
+    /// Capsules of all strands.
     pub capsules: &'a [CapsuleRecord],
+    /// Axes of each Gaussian.
     pub axes: &'a [GaussianAxes],
+    /// Gaussians set up for the view's texels.
     pub gaussians: &'a [GaussianSetup],
+    /// Triangles set up for the view's texels.
     pub setups: &'a [TriangleSetup],
+    /// Materials, by the casters' numbers.
     pub materials: &'a [Material],
     /// Absorption coefficient of each material [1/m].
     pub absorptions: &'a [Vec3],
+    /// Images, by the materials' numbers.
     pub images: &'a [Image<'a>],
-    /// How the picture samples images; `None` for maps, which read their texels.
+    /// Sampling of images in the picture; `None` for maps, which read single texels.
     pub detail: Option<ImageDetail>,
 }
 
 impl Records<'_> {
-    /// An image where a triangle of the picture is hit.
+    /// An image where a ray of the picture hits a triangle.
     pub fn seen_image(
         &self,
         texture: u32,
@@ -71,11 +80,12 @@ impl Records<'_> {
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
     records: Records<'a>,
+    /// The caster's material.
     pub material: &'a Material,
     /// Seed of dither patterns.
     pub id: u32,
     form: Form<'a>,
-    /// Centre in the map and reach along each axis \[texels\].
+    /// Centre in the map, and reach along each axis \[texels\].
     bounds: (Vec2, f32),
 }
 
@@ -89,12 +99,12 @@ enum Form<'a> {
     Triangle(&'a TriangleSetup),
 }
 
-/// Opacity of a particle, thinned for being enlarged.
+/// Opacity of a particle, reduced if it was enlarged.
 #[derive(Clone, Copy, Debug)]
 struct Opacity {
     /// Ratio of the areas.
     thin: f32,
-    /// Where texture and profile are 0.
+    /// Value where texture and profile are 0.
     base: f32,
     slope: f32,
 }
@@ -108,6 +118,7 @@ impl Opacity {
 }
 
 impl<'a> Target<'a> {
+    /// Sets the caster of a footprint up.
     pub fn new(records: Records<'a>, footprint: &Footprint) -> Self {
         let bounds = |shape| (footprint.center, reach(records.view, footprint, shape));
         if footprint.caster & TRIANGLE_BIT != 0 {
@@ -162,7 +173,7 @@ impl<'a> Target<'a> {
         tile.texels_near(center, reach)
     }
 
-    /// Whether hits filter the light, rather than block it or do nothing.
+    /// Whether hits filter the light, rather than block it or have no effect.
     pub fn filters(&self) -> bool {
         !self.material.transfer.is_opaque() && self.material.transfer != Transfer::None
     }
@@ -172,7 +183,7 @@ impl<'a> Target<'a> {
         self.ramp_hit(texel, opaque_depth, [0, 1])
     }
 
-    /// Hits of a ray that a curve of so many nodes takes one by one: a brick is several.
+    /// Hits of a ray that a curve of `nodes` nodes takes one by one: a brick is several.
     pub fn ramp_count(&self, nodes: u32) -> u32 {
         match self.form {
             Form::Brick { brick, .. } if brick.density < 0.0 => VOXEL_PARTS,
@@ -181,7 +192,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Like [`Self::hit`], of one of [`Self::ramp_count`] parts: its number, and theirs.
+    /// Like [`Self::hit`], for one of [`Self::ramp_count`] parts: its index, and their number.
     pub fn ramp_hit(&self, texel: Vec2, opaque_depth: f32, part: [u32; 2]) -> Option<Hit> {
         let hit = match self.form {
             Form::Facing { facing, color, opacity } => {
@@ -209,7 +220,8 @@ impl<'a> Target<'a> {
         Some(Hit { presence: hit.opacity.max(changed), ..hit })
     }
 
-    /// Light of a brick along the ray through `texel`, which ends at light depth `opaque_depth`, by the light of its lattice.
+    /// Light of a brick along the ray through `texel`, which ends at light depth `opaque_depth`, by the light
+    /// of its lattice.
     pub fn brick_light(
         &self,
         texel: Vec2,
@@ -229,7 +241,7 @@ impl<'a> Target<'a> {
 
     /// Face of a volume on the ray that ends at light depth `opaque_depth`. Faces behind its end are moved
     /// to its end.
-    pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<Face> {
+    pub fn face(&self, texel: Vec2, opaque_depth: f32) -> Option<SurfaceCrossing> {
         let Form::Triangle(setup) = self.form else { return None };
         let absorption = self.records.absorptions[setup.material as usize];
         if absorption == Vec3::ZERO {
@@ -241,7 +253,7 @@ impl<'a> Target<'a> {
         }
         let leaves = if setup.ties & BACK_BIT != 0 { 1 } else { -1 };
         let metres = metres_per_depth(self.records.view, texel);
-        Some(Face { depth: depth.min(opaque_depth), metres, absorption, leaves })
+        Some(SurfaceCrossing { depth: depth.min(opaque_depth), metres, absorption, leaves })
     }
 
     /// Dither threshold at `texel` for a `dither` material: a hit blocks the light if its opacity exceeds
@@ -347,7 +359,7 @@ impl<'a> Target<'a> {
         }
         let gathers = self.material.transfer == Transfer::Gain;
         let mut color = tint.truncate() / if gathers { MAX_GAIN } else { 1.0 };
-        // The picture mirrors instead.
+        // The picture mirrors light instead.
         if self.records.detail.is_none() {
             let index = self.material.fresnel.index();
             color *= face_passes(self.records.view, index, setup.normal, texel);
@@ -365,8 +377,8 @@ impl<'a> Target<'a> {
     }
 }
 
-/// Least distance from the centre, along either axis, beyond which a footprint touches no texel \[texels\];
-/// `shape`: of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
+/// Distance from the centre along either axis beyond which a footprint touches no texel \[texels\]; `shape`:
+/// of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
 fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
     let Some(shape) = shape else { return footprint.radius };
     if footprint.beside().is_some() {
@@ -376,7 +388,7 @@ fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
     let mut reach = footprint.radius * corner;
     if view.perspective > 0.0 {
         if matches!(shape, Shape::Puff | Shape::Brick) {
-            // A sphere's cone has its radius over distance as sine, not as tangent.
+            // The sine of a sphere's cone, not its tangent, is radius over distance.
             reach = if reach < 1.0 { reach / (1.0 - reach * reach).sqrt() } else { f32::INFINITY };
         }
         // tan(axis + cone) - tan(axis), outwards from the view's centre.

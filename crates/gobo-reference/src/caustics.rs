@@ -1,44 +1,45 @@
-//! CPU reference of `wgsl/caustics/*.wgsl`: light that glass bends lands elsewhere on what is opaque.
+//! CPU reference of `wgsl/caustics/*.wgsl`: light that glass refracts onto opaque surfaces.
 //!
-//! For a light's map, texel by texel (Wyman and Davis 2006; Szirmay-Kalos et al. 2005): the nearest face of glass that the light
-//! enters by, in front of the opaque surface, bends the texel's rays by its normal; the nearest faces of the map that light
-//! leaves by bend them again where the rays meet them; and where they meet the opaque depths, their light is added to four
-//! texels. It is the light that the texel's straight ray has there: its colour and what it has lost are those of that ray.
+//! For each texel of a light's map (Wyman and Davis 2006; Szirmay-Kalos et al. 2005): the nearest glass face
+//! by which light enters, if it is in front of the opaque surface, bends the texel's rays by its normal; the
+//! map's nearest faces by which light leaves bend them again where the rays meet them; where the rays meet
+//! the opaque depths, their light is added to four texels. That light is the light of the texel's straight
+//! ray there, with its colour and its losses.
 use crate::threads::each;
 use glam::{Vec2, Vec3, Vec4};
 use gobo::records::{CausticTexel, GlassFace, GpuView, NO_FACE, THROWN_BIT, ViewMaps, add_caustic};
 
-/// Doublings of the way inside a body until the ray is out of it.
+/// Doublings of the path inside a body until the ray is outside.
 pub const DOUBLINGS: u32 = 16;
 /// Halvings that find a crossing.
 pub const HALVINGS: u32 = 14;
 /// Steps from glass to the far plane.
 pub const STEPS: u32 = 64;
-/// Distance behind a lamp's position from which what reaches behind it has no place in its map \[m\].
+/// Distance in front of a lamp \[m\]: a face with a corner closer or behind has no position in its map.
 pub const AHEAD: f32 = 1e-4;
-/// Least weight of a corner: rounding leaves no gap between neighbours.
+/// Least weight of a corner, below 0 so that rounding leaves no gap between neighbours.
 pub const LEAST_WEIGHT: f32 = -1e-5;
-/// How far a receiver may be off the opaque surface that light lands on \[texels\].
+/// Largest distance of a receiver from the opaque surface that light lands on \[texels\].
 pub const NEAR_SURFACE: f32 = 4.0;
 
-/// Nearest faces of a map, of those that light enters a body by or leaves it by.
-struct Nearest {
-    /// Light depth, 1 without a face.
+/// A map's nearest faces by which light enters, or leaves, a body.
+struct NearestFaces {
+    /// Light depth; 1 without a face.
     depths: Vec<f32>,
     faces: Vec<u32>,
 }
 
 /// A face in a view's space.
 #[derive(Clone, Copy)]
-struct Face {
+struct ViewFace {
     corners: [Vec3; 3],
     normals: [Vec3; 3],
     ior: f32,
-    /// Of its plane, of any length.
+    /// Normal of its plane, of any length.
     normal: Vec3,
 }
 
-impl Face {
+impl ViewFace {
     fn new(view: &GpuView, face: &GlassFace) -> Self {
         let place = |v: Vec4| view.view_from_world.transform_point3(v.truncate());
         let turn = |v: Vec4| view.view_from_world.transform_vector3(v.truncate());
@@ -48,7 +49,8 @@ impl Face {
         Self { corners, normals: face.normals.map(turn), ior: face.corners[0].w, normal }
     }
 
-    /// Distance along the axis where the ray through `texel` meets its plane, and the weights of the corners.
+    /// Distance along the axis at which the ray through `texel` meets its plane, and the weights of the
+    /// corners.
     fn meets(&self, view: &GpuView, texel: Vec2) -> Option<(f32, Vec3)> {
         let [a, b, c] = self.corners;
         let (start, step) = ray(view, texel);
@@ -81,7 +83,7 @@ fn ray(view: &GpuView, texel: Vec2) -> (Vec3, Vec3) {
     if view.perspective > 0.0 { (Vec3::ZERO, aside + Vec3::NEG_Z) } else { (aside, Vec3::NEG_Z) }
 }
 
-/// Place in the map of a point in view space \[texels\].
+/// Position in the map of a point in view space \[texels\].
 pub(super) fn place(view: &GpuView, point: Vec3) -> Vec2 {
     let spread = view.scale / if view.perspective > 0.0 { (-point.z).max(1e-6) } else { 1.0 };
     Vec2::new(point.x, -point.y) * spread + view.size * 0.5
@@ -91,25 +93,27 @@ fn depth(view: &GpuView, along: f32) -> f32 {
     (along - view.near) / (view.far - view.near)
 }
 
-/// Index of the texel at a place of the map; `None` outside.
+/// Index of the texel at a position in the map; `None` outside.
 pub(super) fn index_at(view: &GpuView, place: Vec2) -> Option<usize> {
     let inside = place.cmpge(Vec2::ZERO).all() && place.cmplt(view.size).all();
     inside.then(|| place.y as usize * view.size.x as usize + place.x as usize)
 }
 
-/// `n1 / n2` times the sine, as Snell has it; `None` where all is reflected. Unit vectors; `normal` on the ray's side.
+/// Direction refracted by Snell's law; `ratio`: `n1 / n2`; `None` at total reflection. Unit vectors; `normal`
+/// is on the ray's side.
 fn refracted(ray: Vec3, normal: Vec3, ratio: f32) -> Option<Vec3> {
     let cosine = -ray.dot(normal);
     let rest = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
     (rest >= 0.0).then(|| (ray * ratio + normal * (ratio * cosine - rest.sqrt())).normalize())
 }
 
-/// The nearest faces of each texel: those that light enters by, then those that it leaves by.
-fn nearest_faces(view: &GpuView, faces: &[Face], opaque: &[f32]) -> [Nearest; 2] {
-    let none = || Nearest { depths: vec![1.0; opaque.len()], faces: vec![NO_FACE; opaque.len()] };
+/// The nearest faces of each texel: those by which light enters, then those by which it leaves.
+fn nearest_faces(view: &GpuView, faces: &[ViewFace], opaque: &[f32]) -> [NearestFaces; 2] {
+    let none =
+        || NearestFaces { depths: vec![1.0; opaque.len()], faces: vec![NO_FACE; opaque.len()] };
     let mut nearest = [none(), none()];
     for (number, face) in (0..).zip(faces) {
-        // What reaches behind a lamp has no place in its map.
+        // A face that reaches behind a lamp has no position in its map.
         if view.perspective > 0.0 && face.corners.iter().any(|corner| -corner.z < AHEAD) {
             continue;
         }
@@ -137,18 +141,18 @@ fn nearest_faces(view: &GpuView, faces: &[Face], opaque: &[f32]) -> [Nearest; 2]
     nearest
 }
 
-/// What bends rays in a map, and what they land on.
+/// Refracting faces of a map, and the opaque surfaces that their light lands on.
 struct Glass<'a> {
     view: &'a GpuView,
-    faces: &'a [Face],
-    enters: &'a Nearest,
-    leaves: &'a Nearest,
+    faces: &'a [ViewFace],
+    enters: &'a NearestFaces,
+    leaves: &'a NearestFaces,
     opaque: &'a [f32],
 }
 
 impl Glass<'_> {
-    /// Place where a ray through `texel` lands, by the face that it enters by.
-    fn lands(&self, texel: Vec2, face: &Face) -> Option<Vec2> {
+    /// Position at which the ray through `texel` lands if it enters by `face`.
+    fn lands(&self, texel: Vec2, face: &ViewFace) -> Option<Vec2> {
         let (along, weights) = face.meets(self.view, texel)?;
         let (start, step) = ray(self.view, texel);
         let (point, straight) = (start + step * along, step.normalize());
@@ -161,15 +165,16 @@ impl Glass<'_> {
         self.meets_opaque(point, outside)
     }
 
-    /// Depth of the nearest face that light leaves by at a point's texel minus the point's; below 0 outside of all.
+    /// Depth of a point's nearest leaving face, at its texel, minus the point's; below 0 outside of all
+    /// bodies.
     fn left(&self, point: Vec3) -> f32 {
         let at = index_at(self.view, place(self.view, point));
         let Some(at) = at.filter(|&at| self.leaves.faces[at] != NO_FACE) else { return -1.0 };
         self.leaves.depths[at] - depth(self.view, -point.z)
     }
 
-    /// Where a ray inside a body leaves it, and by which face; `None` for a surface without a body behind it.
-    fn way_out(&self, start: Vec3, ray: Vec3) -> Option<(Vec3, &Face)> {
+    /// Point and face at which a ray inside a body leaves it; `None` for a surface without a body behind it.
+    fn way_out(&self, start: Vec3, ray: Vec3) -> Option<(Vec3, &ViewFace)> {
         let at = index_at(self.view, place(self.view, start))?;
         if self.leaves.faces[at] == NO_FACE {
             return None;
@@ -200,13 +205,13 @@ impl Glass<'_> {
         Some(-point.z - along)
     }
 
-    /// Place where a ray meets the opaque depths first.
+    /// First position at which a ray meets the opaque depths.
     fn meets_opaque(&self, start: Vec3, ray: Vec3) -> Option<Vec2> {
         if ray.z >= 0.0 {
             return None;
         }
         let view = self.view;
-        // Slightly beyond the far plane: a texel without a surface is not met.
+        // Slightly beyond the far plane: a texel without a surface is never met.
         let step = (view.far + start.z) / (STEPS as f32 * -ray.z);
         let mut before = false;
         for i in 0..=STEPS {
@@ -222,7 +227,7 @@ impl Glass<'_> {
                 let point = start + ray * far;
                 let texel = if view.perspective > 0.0 { -point.z } else { 1.0 } / view.scale;
                 let at = index_at(view, place(view, point))?;
-                // Past the edge of something nearer, it goes on behind it.
+                // Past the edge of something nearer, the ray continues behind it.
                 let is_surface = self.behind(point)? < NEAR_SURFACE * texel;
                 if is_surface && self.opaque[at] < 1.0 {
                     return Some(place(view, point));
@@ -241,7 +246,7 @@ pub fn thrown(
     faces: &[GlassFace],
     rays: u32,
 ) -> Vec<CausticTexel> {
-    let faces: Vec<_> = faces.iter().map(|face| Face::new(view, face)).collect();
+    let faces: Vec<_> = faces.iter().map(|face| ViewFace::new(view, face)).collect();
     let [enters, leaves] = &nearest_faces(view, &faces, &maps.opaque);
     let glass = Glass { view, faces: &faces, enters, leaves, opaque: &maps.opaque };
     let (width, height) = (view.size.x as usize, view.size.y as usize);

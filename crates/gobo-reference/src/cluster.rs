@@ -1,17 +1,18 @@
 //! CPU reference of `wgsl/cluster/cluster_*.wgsl`: the lights that may reach each cluster.
 use glam::{IVec3, Vec3};
-use gobo::records::{ClusterCounters, Grid, Reach, UNIT};
+use gobo::records::{ClusterCounters, ClusterGrid, Reach, UNIT};
 
 /// Light lists of a grid's clusters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Clusters {
     /// Indices of lights, ascending; `None` if the list did not fit: all lights.
     pub lists: Vec<Option<Vec<u32>>>,
+    /// Lights and lists that were counted.
     pub counters: ClusterCounters,
 }
 
-/// Assigns lights to clusters; `capacity` of all lists together \[lights\].
-pub fn assign(grid: &Grid, reaches: &[Reach], capacity: u32) -> Clusters {
+/// Assigns lights to clusters; `capacity`: of all lists together \[lights\].
+pub fn assign(grid: &ClusterGrid, reaches: &[Reach], capacity: u32) -> Clusters {
     let mut clusters = Clusters::default();
     let ClusterCounters { needed, overflowed, longest, .. } = &mut clusters.counters;
     for cluster in 0..grid.cluster_count() {
@@ -28,12 +29,12 @@ pub fn assign(grid: &Grid, reaches: &[Reach], capacity: u32) -> Clusters {
     clusters
 }
 
-/// Conservative test whether the light may reach the box.
+/// Conservative test of whether the light may reach the box.
 pub fn reaches_box(reach: &Reach, low: Vec3, high: Vec3) -> bool {
     if reach.per_radius == 0.0 {
         return true;
     }
-    // The box in radii, from the light.
+    // The box relative to the light \[radii\].
     let in_radii = |corner: Vec3| {
         ((corner - reach.center) * reach.per_radius).clamp(Vec3::splat(-2.0), Vec3::splat(2.0))
     };

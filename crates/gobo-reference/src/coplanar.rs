@@ -1,10 +1,11 @@
-//! CPU reference of `crates/gobo-picture/wgsl/hit/coplanar.wgsl`: faces in one plane, whose depths differ by their rounding alone.
+//! CPU reference of `crates/gobo-picture/wgsl/hit/coplanar.wgsl`: coplanar faces, whose depths differ only by
+//! rounding.
 
-/// Largest difference of such depths, as a share of one.
+/// Largest relative difference of such depths.
 pub const COPLANAR: f32 = 1.0 / 65536.0;
 
-/// Whether a face is in front of another: of those in one plane, the one with the higher id. Each is a light depth and the id
-/// of the object that it is of; `None` for what is no triangle.
+/// Whether a face is in front of another; the higher id wins among coplanar ones. Each face is a light depth
+/// and the id of its object; `None` if it is no triangle.
 pub fn is_in_front(
     (depth, object): (f32, Option<u32>),
     (other, behind): (f32, Option<u32>),

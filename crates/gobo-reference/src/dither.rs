@@ -1,8 +1,8 @@
 //! Dither patterns: the threshold that a caster's opacity must exceed at a texel to block its light.
 //!
-//! The share of texels that block equals the opacity itself, not its nearest level: below the finest level
-//! of a pattern a random number per block decides. Patterns of different casters are independent: two
-//! layers of 50% let 25% through. Ranks and thresholds are integers, so that all devices agree. WGSL:
+//! The share of texels that block equals the opacity itself, not its nearest level: below the finest level of
+//! a pattern a random number per block decides. Patterns of different casters are independent: two layers of
+//! 50% let 25% through. Ranks and thresholds are integers, so that all devices agree. WGSL:
 //! `wgsl/hit/dither.wgsl`.
 use glam::{IVec2, UVec2, Vec2};
 use gobo::{
@@ -10,8 +10,8 @@ use gobo::{
     records::{BLUE_SIZE, GpuView, blue_ranks, pcg},
 };
 
-/// Base-2 logarithm of the edge of blocks \[cells\], whose patterns are drawn anew for casters that share the
-/// lowest bits of their ids.
+/// Base-2 logarithm of the edge of blocks \[cells\]: casters with the same lowest id bits have new patterns
+/// in each.
 pub const BLOCK_BITS: u32 = 4;
 
 /// Position at which a caster's threshold is evaluated.
@@ -21,14 +21,14 @@ pub struct PatternPoint {
     pub cell: UVec2,
     /// Coordinates in the caster's own space, without unit.
     pub on_caster: Vec2,
-    /// Change of `on_caster` from one texel to the next, per axis.
+    /// Change of `on_caster` per texel, along each axis.
     pub step: Vec2,
 }
 
-/// Largest distance from the world's origin at which a pattern is still anchored \[texels\].
+/// Largest distance from the world's origin at which a pattern is anchored \[texels\].
 pub const FARTHEST: f32 = 524_288.0;
 
-/// The pattern's cell at a texel of a view's map. For a parallel light the pattern is fixed in the world
+/// The pattern's cell at a texel of a view's map. For a parallel light the pattern stays fixed in the world
 /// when the view moves by whole texels.
 pub fn cell(view: &GpuView, scale: u32, texel: Vec2) -> UVec2 {
     let origin = view.view_from_world.w_axis * view.scale;
@@ -39,7 +39,7 @@ pub fn cell(view: &GpuView, scale: u32, texel: Vec2) -> UVec2 {
     } else {
         IVec2::new(anchor.x.round_ties_even() as i32, anchor.y.round_ties_even() as i32)
     };
-    // Offset that makes the sum positive, a multiple of every pattern's period.
+    // A multiple of every pattern's period that makes the sum positive.
     let ahead = IVec2::splat((scale << 20) as i32);
     (texel.floor().as_ivec2() - anchor + ahead).as_uvec2() / scale
 }
@@ -73,8 +73,8 @@ fn parity(word: u32) -> u32 {
     word.count_ones() & 1
 }
 
-/// A recursive ordered matrix of edge `2^order` whose digits are flipped by Walsh functions of the cell:
-/// one per caster, and different ones are independent over 16x16 cells. Functions of a caster's further
+/// A recursive ordered matrix of edge `2^order` whose digits are flipped by Walsh functions of the cell: one
+/// function per caster; different ones are independent over 16x16 cells. Functions of a caster's further
 /// digits are multiples in GF(64), so all digits of two casters are independent.
 fn ordered(cell: UVec2, order: u32, id: u32, chance: u32) -> u32 {
     let mut walsh = id & 63;
@@ -99,8 +99,8 @@ fn ordered(cell: UVec2, order: u32, id: u32, chance: u32) -> u32 {
     (rank << 16 | chance >> 16) / levels
 }
 
-/// Interleaved gradient noise. Unlike the paper: in fixed point; and rotated, sheared and shifted, by
-/// caster and block, because shifted noise is only itself plus a constant.
+/// Interleaved gradient noise. Unlike the paper: in fixed point; and rotated, sheared and shifted by caster
+/// and block, because shifted noise is only itself plus a constant.
 fn gradient_noise(cell: UVec2, id: u32) -> u32 {
     let turn = pcg(id);
     let shift = pcg_cell(cell >> BLOCK_BITS, id);
@@ -120,7 +120,7 @@ fn turned(cell: UVec2, turn: u32) -> UVec2 {
 }
 
 fn blue(cell: UVec2, id: u32) -> u32 {
-    // Golden ratio: consecutive casters have distant offsets in the texture.
+    // By the golden ratio: consecutive casters have distant offsets in the texture.
     let offset = id.wrapping_mul(2_654_435_769) >> 20;
     let at = turned(cell, pcg(id));
     let x = at.x.wrapping_add(offset) % BLUE_SIZE;
@@ -128,8 +128,8 @@ fn blue(cell: UVec2, id: u32) -> u32 {
     u32::from(blue_ranks()[(y * BLUE_SIZE + x) as usize]) << 4 | 8
 }
 
-/// Hashed threshold. Unlike the paper: base-2 logarithms are those of the float's bits, and the ratio of
-/// the axes' scales is a power of two, so that nearing the caster never jumps.
+/// Hashed threshold. Unlike the paper: base-2 logarithms are those of the float's bits, and the ratio of the
+/// axes' scales is a power of two, so that the pattern never jumps as the light comes nearer.
 fn hashed(point: &PatternPoint, scale: u32, id: u32) -> f32 {
     let step = (point.step * scale as f32).max(Vec2::splat(1e-9));
     let per_unit = std::f32::consts::FRAC_1_SQRT_2 / step.x;
@@ -149,7 +149,7 @@ fn caster_hash(on_caster: Vec2, x: i32, y: i32, id: u32) -> f32 {
     ((pcg_cell(cell, id ^ ((x + 127) as u32) << 24) >> 16) as f32 + 0.5) / 65536.0
 }
 
-/// Cumulative distribution of a mix of two uniform numbers, `a` the smaller weight (section 3.2).
+/// Cumulative distribution of a mix of two uniform numbers; `a`: the smaller weight (section 3.2).
 fn uniform(x: f32, a: f32) -> f32 {
     let b = 1.0 - a;
     let tails = 2.0 * (a * b).max(1e-6);

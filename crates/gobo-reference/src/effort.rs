@@ -1,4 +1,4 @@
-//! How much work the reference has with a scene, from counts and a sample of its casters and tiles.
+//! Estimate of the reference's work for a scene, from counts and a sample of its casters and tiles.
 use super::{
     area::POINTS,
     caster_hit::Target,
@@ -12,25 +12,26 @@ use gobo::{
     records::{TRIANGLE_BIT, air_columns},
 };
 
-/// Casters of a kind that are looked at; the others are taken to be alike.
+/// Casters of a kind in the sample; it stands for the others.
 const CASTERS: usize = 2048;
-/// Views that are looked at, and tiles of each.
+/// Views in the sample, and tiles of each.
 const VIEWS: usize = 8;
 const TILES: usize = 64;
 
-// Times of one core, of an optimised build [ns]: fitted to scenes of `data/` of which each is mostly one of these.
-/// A caster that is projected and sorted.
+// Times of one core, for an optimised build [ns], fitted to scenes of `data/` that are each dominated by one
+// of these.
+/// Projecting and sorting a caster.
 const CASTER: f64 = 250.0;
-/// A texel that is stored, with its curve.
+/// Storing a texel with its curve.
 const TEXEL: f64 = 60.0;
-/// A test of a texel against a disc.
+/// Testing a texel against a disc.
 const TEST: f64 = 12.0;
-/// Light of a light at a point by a texel of its map.
+/// Looking up a light at a point by one texel of its map.
 const TAP: f64 = 25.0;
-/// Samples of a light in a slice of air.
+/// Samples of a light per slice of air.
 const AIR: f64 = 2.0;
 
-/// Tests against a disc that one against a shape is worth.
+/// Cost of a test against a shape, in tests against a disc.
 fn tests_of(shape: Shape) -> f64 {
     match shape {
         Shape::Brick => 12.0,
@@ -39,7 +40,7 @@ fn tests_of(shape: Shape) -> f64 {
     }
 }
 
-/// Every so many of some casters, and how many each stands for.
+/// A sample of some casters, and the number that each stands for.
 fn thinned<T: Clone>(all: &[T]) -> (Vec<T>, f64) {
     let step = all.len().div_ceil(CASTERS).max(1);
     let some: Vec<T> = all.iter().step_by(step).cloned().collect();
@@ -51,12 +52,12 @@ fn texels<'a>(views: impl IntoIterator<Item = &'a View>) -> f64 {
     views.into_iter().map(|view| f64::from(view.size.x) * f64::from(view.size.y)).sum()
 }
 
-/// Work, in nanoseconds of a core that it was fitted on.
+/// Work \[ns of the core that it was fitted on\].
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Of all maps, those of points on lights included.
+    /// Work of all maps, including those of points on lights.
     pub maps: f64,
-    /// Of a picture of one sample a pixel.
+    /// Work of a picture with one sample per pixel.
     pub sample: f64,
 }
 
@@ -99,7 +100,7 @@ impl Effort {
         let camera = View::from_camera(&scene.camera, &scene.held_bounds());
         let Looked { work, lit } = look.at(&camera, true);
         let pixels = scene.camera.size;
-        // A pixel's opaque surface, and one pane before it.
+        // A pixel's opaque surface, and one pane in front of it.
         let mut places = lit + 2.0 * f64::from(pixels.element_product());
         if let Some(air) = &scene.air {
             let columns = f64::from(air_columns(pixels).element_product());
@@ -118,14 +119,14 @@ impl Effort {
     }
 }
 
-/// Casters of a scene, some standing for more.
+/// Casters of a scene, some standing for several.
 struct Look<'a> {
     records: &'a SceneRecords<'a>,
     /// Casters of a shape that one stands for; `None`: triangles.
     standing_for: &'a dyn Fn(Option<Shape>) -> f64,
 }
 
-/// Work of a view \[ns\], and its translucent points that are lit on their own.
+/// Work of a view \[ns\], and the number of its translucent points that are lit separately.
 struct Looked {
     work: f64,
     lit: f64,

@@ -1,10 +1,10 @@
-//! CPU reference of `wgsl/hit/fresnel.wgsl`: light that faces and panes of glass let through.
+//! CPU reference of `wgsl/hit/fresnel.wgsl`: transmittance of faces and panes of glass.
 use glam::{Vec2, Vec3};
 use gobo::records::{GpuView, from_octahedral};
 
-/// Share of unpolarised light that passes, at a cosine to the normal outside. `index`: of refraction; negative for a
-/// pane, where what is reflected inside goes on until it leaves (Born and Wolf 1999, sections 1.5.2 and 7.6.1, without
-/// interference).
+/// Transmittance of unpolarised light, at a cosine to the normal outside. `index`: of refraction; negative
+/// for a pane, in which reflected light goes on until it leaves (Born and Wolf 1999, sections 1.5.2 and
+/// 7.6.1, without interference).
 pub fn passed_share(index: f32, cosine: f32) -> f32 {
     let cosine = cosine.abs().min(1.0);
     let square = index * index;
@@ -17,7 +17,7 @@ pub fn passed_share(index: f32, cosine: f32) -> f32 {
     0.5 * (passed.x + passed.y)
 }
 
-/// Share that a triangle lets through of the ray through `texel` of a map. `normal`: of its plane, octahedral.
+/// Transmittance of a triangle for the ray through `texel` of a map. `normal`: of its plane, octahedral.
 pub(super) fn face_passes(view: &GpuView, index: f32, normal: u32, texel: Vec2) -> f32 {
     if index == 0.0 {
         return 1.0;

@@ -1,9 +1,10 @@
 //! CPU reference of `wgsl/project/project_gaussians.wgsl` and `wgsl/hit/gaussian.wgsl`: Gaussians.
 //!
-//! The plane form of Hahlbohm et al. 2024 (HTGS, section 4), `q^2 = |w2 n1 - w1 n2|^2 / |n1 x n2|^2`, relative to the
-//! centre's place in the map: there the numerator is the quadratic form of the projected covariance, whitened once a
-//! view, and the denominator a square of a linear function and a share of the numerator ([`GaussianSetup`]). No term
-//! of it is a difference of large numbers, and no deviation is divided by.
+//! The plane form of Hahlbohm et al. 2024 (HTGS, section 4), `q^2 = |w2 n1 - w1 n2|^2 / |n1 x n2|^2`,
+//! relative to the centre's position in the map. There the numerator is the quadratic form of the projected
+//! covariance, whitened once per view; the denominator is the square of a linear function plus a share of the
+//! numerator ([`GaussianSetup`]). No term is a difference of large numbers, and nothing is divided by a
+//! deviation.
 use super::{
     outline::{Ellipse, outline_of, outlined_tiles},
     project::{MIN_COSINE, ProjectParams, Projected, TexelBox, depth_key, tangents, tile_rect},
@@ -23,10 +24,10 @@ pub use hit::*;
 
 /// Square of a projected deviation below which the conic is enlarged \[texels²\].
 pub const MIN_SQUARE: f32 = 0.5;
-/// Squared distance from the centre up to which a deviation is measured in the map \[standard deviations\]: beside a near
-/// eye a Gaussian may span many texels though its middle is thinner than one.
+/// Squared distance from the centre up to which a deviation is measured in the map \[standard deviations\]:
+/// close to the eye a Gaussian may span many texels although its middle is thinner than one.
 pub const MEASURED_AT: f32 = 4.0;
-/// Least squared distance of the eye from the centre of one beside the view \[standard deviations\].
+/// Least squared distance of the eye from the centre of a Gaussian beside the view \[standard deviations\].
 pub const NEAREST_EYE: f32 = 1e-12;
 /// Squared sine below which a step to the right is along the direction to the centre.
 pub const ALONG: f32 = 1e-10;
@@ -38,19 +39,20 @@ pub const THINNEST: f32 = 1e-5;
 pub const ENDLESS: f32 = 1e6;
 /// Deviations around the closest approach in which a medium absorbs.
 pub const MEDIUM_REACH: f32 = 4.0;
+/// Square root of 2 pi: the integral of `exp(-x^2 / 2)`.
 pub const ROOT_TAU: f32 = 2.506_628_3;
 
-/// A Gaussian's place in a view's map, before its opacity.
-struct Placed {
+/// A Gaussian's position in a view's map, before its opacity.
+struct PlacedGaussian {
     /// Footprint's centre, and depth.
     center: Vec2,
     depth: f32,
     is_beside: bool,
     setup: GaussianSetup,
-    /// Share of the area before it was enlarged.
+    /// Ratio of the area before and after enlargement.
     thin: f32,
     bounds: TexelBox,
-    /// `None`: unknown.
+    /// `None` if unknown.
     ellipse: Option<Ellipse>,
 }
 
@@ -59,7 +61,7 @@ fn to_map(v: Vec3) -> Vec3 {
     v * Vec3::new(1.0, -1.0, -1.0)
 }
 
-/// Projects one Gaussian to view number `view_index` of its batch. `number`: where its setup is stored.
+/// Projects one Gaussian to view number `view_index` of its batch. `number`: index of its setup.
 #[allow(clippy::too_many_arguments, reason = "the records of one caster, as the kernel reads them")]
 pub fn project_gaussian(
     view: &GpuView,
@@ -107,7 +109,7 @@ pub fn project_gaussian(
     } else {
         nearest
     };
-    let Placed { center: at, depth, is_beside, mut setup, thin, bounds, ellipse } = placed;
+    let PlacedGaussian { center: at, depth, is_beside, mut setup, thin, bounds, ellipse } = placed;
     let radius = squared.sqrt() * if is_beside { -1.0 } else { 1.0 };
     let Some(rect) = tile_rect(view, view_index, bounds, at, f32::INFINITY, false) else {
         return nothing;
@@ -139,9 +141,9 @@ fn row(vectors: [Vec3; 3], component: usize) -> Vec3 {
     Vec3::from_array(vectors.map(|vector| vector[component]))
 }
 
-/// A Gaussian whose centre has a place in the map. `axes`: its deviations to the right, down and along the axis \[m\];
-/// `squared`: where it ends.
-fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed {
+/// A Gaussian whose centre has a position in the map. `axes`: its deviations to the right, down and along the
+/// axis \[m\]; `squared`: distance at which it ends.
+fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> PlacedGaussian {
     let half = view.size * 0.5;
     let range = view.far - view.near;
     let [x, y, z] = [0, 1, 2].map(|i| row(axes, i));
@@ -161,7 +163,7 @@ fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed
     let conic = Conic::new(p, q, along, is_perspective);
     let ellipse = conic.ellipse(at, squared, is_perspective);
     let endless = || TexelBox { min: Vec2::splat(-ENDLESS), max: Vec2::splat(ENDLESS) };
-    Placed {
+    PlacedGaussian {
         center: at,
         depth: (center.z - view.near) / range,
         is_beside: false,
@@ -174,19 +176,19 @@ fn within(view: &GpuView, center: Vec3, axes: [Vec3; 3], squared: f32) -> Placed
 
 /// A Gaussian's projected covariance in its principal axes.
 struct Conic {
-    /// Principal axis of the larger deviation, unit; the other is to its left.
+    /// Principal axis of the larger deviation, unit; the other axis is to its left.
     major: Vec2,
     /// Enlarged squared deviations [texels²].
     squares: Vec2,
-    /// Change of the distance along the axis over each deviation.
+    /// Change of the distance along the axis per deviation.
     tilt: Vec2,
     spread: f32,
     thin: f32,
 }
 
 impl Conic {
-    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space \[texels\]; `along`: along the axis, a
-    /// share of the distance.
+    /// `p`, `q`: deviations to the right and down, in the Gaussian's own space \[texels\]; `along`: along the
+    /// axis, as a share of the distance.
     fn new(p: Vec3, q: Vec3, along: Vec3, is_perspective: bool) -> Self {
         let (xx, xy, yy) = (p.dot(p), p.dot(q), q.dot(q));
         let apart = 0.5 * (xx - yy);
@@ -212,7 +214,7 @@ impl Conic {
             (0.0, (along.dot(along) - tilt1 * tilt1).max(0.0))
         };
         let tilt = Vec2::new(tilt1, tilt2);
-        // Along the principal axes the map shows the deviations times the root of `rest / open^2`.
+        // Along the principal axes, the map shows the deviations times the root of `rest / open^2`.
         let measured = if is_perspective { MEASURED_AT } else { 0.0 };
         let open = (1.0 - (tilt * tilt + spread) * measured).max(Vec2::ZERO);
         let rest = (tilt * tilt * measured + open).max(Vec2::splat(f32::MIN_POSITIVE));
@@ -222,7 +224,7 @@ impl Conic {
         Self { major, squares, tilt, spread, thin }
     }
 
-    /// With the whitening in triangular form.
+    /// The setup, with the whitening in triangular form.
     fn setup(&self) -> GaussianSetup {
         let Self { major, squares, tilt, spread, .. } = *self;
         let row1 = major / squares.x.sqrt();
@@ -241,7 +243,7 @@ impl Conic {
         }
     }
 
-    /// The texels with `q^2 <= squared`, by the dual conic; `None` if it reaches the eye's plane.
+    /// The texels with `q^2 <= squared`, by the dual conic; `None` if the Gaussian reaches the eye's plane.
     fn ellipse(&self, center: Vec2, squared: f32, is_perspective: bool) -> Option<Ellipse> {
         let Self { major, squares, tilt, spread, .. } = *self;
         let minor = Vec2::new(-major.y, major.x);
@@ -270,9 +272,15 @@ impl Conic {
     }
 }
 
-/// A Gaussian without a place in the map: relative to the map's centre, `u` has an offset, the footprint's centre, and
-/// `e = depth + tilt . delta` [1/m].
-fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f32) -> Placed {
+/// A Gaussian without a position in the map: relative to the map's centre, `u` has an offset, the footprint's
+/// centre, and `e = depth + tilt . delta` [1/m].
+fn beside(
+    view: &GpuView,
+    center: Vec3,
+    axes: [Vec3; 3],
+    sigma: Vec3,
+    squared: f32,
+) -> PlacedGaussian {
     let half = view.size * 0.5;
     let sphere = sigma.max_element() * squared.sqrt();
     let x = tangents(center.x, center.z, sphere);
@@ -285,10 +293,11 @@ fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f
     let toward = eye.normalize_or(Vec3::X);
     let (right, down, along) =
         (whitened(Vec3::X) / view.scale, whitened(Vec3::Y) / view.scale, whitened(Vec3::Z));
-    // Two directions across the one from the eye to the centre, the second across a step to the right, too.
+    // Two directions perpendicular to the one from the eye to the centre; the second is also perpendicular to
+    // a step to the right.
     let step = right - toward * toward.dot(right);
     let first = if step.length_squared() > ALONG * right.length_squared() {
-        // What rounding left of the direction to the centre.
+        // Removes the rounding error along the direction to the centre.
         let step = step.normalize();
         (step - toward * toward.dot(step)).normalize()
     } else {
@@ -302,7 +311,7 @@ fn beside(view: &GpuView, center: Vec3, axes: [Vec3; 3], sigma: Vec3, squared: f
         tilt: Vec2::new(ahead.dot(right), ahead.dot(down)),
         ..GaussianSetup::default()
     };
-    Placed {
+    PlacedGaussian {
         center: Vec2::new(first.dot(along), second.dot(along)),
         depth: ahead.dot(along),
         is_beside: true,

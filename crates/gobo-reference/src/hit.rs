@@ -16,15 +16,21 @@ pub struct PlaneHit {
 
 /// A particle set up for texels: `q = (frame * delta + offset) / (start + tilt . delta)`, where `delta` is
 /// the vector from the reference to the texel's centre \[texels\]. The reference is the particle's centre,
-/// where `q` is 0 and `start` 1; for a particle beside the view, whose centre has no position in the map,
-/// the map's centre.
+/// where `q` is 0 and `start` 1; for a particle beside the view, whose centre has no position in the map, it
+/// is the map's centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Facing {
+    /// Reference in the map \[texels\].
     pub reference: Vec2,
+    /// First row of `frame`, which gives `q.x` \[radii per texel\].
     pub frame_x: Vec2,
+    /// Second row of `frame` \[radii per texel\].
     pub frame_y: Vec2,
+    /// Numerator of `q` at the reference \[radii\].
     pub offset: Vec2,
+    /// Change of the denominator per texel.
     pub tilt: Vec2,
+    /// Denominator at the reference.
     pub start: f32,
     /// Distance of the plane along the axis at the reference, times `start` \[m\].
     pub distance: f32,
@@ -75,7 +81,7 @@ impl Facing {
         at_center(to_texels(x), to_texels(y), tilt)
     }
 
-    /// Sets up a particle beside the view; `center` to the right, down and along the axis \[m\], `radius`
+    /// Sets up a particle beside the view; `center`: to the right, down and along the axis \[m\]; `radius`
     /// \[m\].
     fn beside(view: &GpuView, center: Vec3, radius: f32, sin: f32, cos: f32) -> Self {
         let distance = center.length().max(f32::MIN_POSITIVE);
@@ -140,14 +146,14 @@ pub fn coverage(shape: Shape, profile: Profile, q: Vec2) -> f32 {
     }
 }
 
-/// Opacity of a particle smaller than a texel before it was thinned.
+/// Opacity of a particle smaller than a texel, before it was reduced.
 fn whole_opacity(thin: f32, a: f32) -> f32 {
-    // Below the smallest half that is stored, both are 0.
+    // Below the smallest stored half float, both are 0.
     (a / thin.max(1e-12)).min(1.0)
 }
 
-/// Transmittance of a hit of opacity `a` and colour `c` (divided by 16 for `gain`), per channel: `1 - thin (1 - T)` of one
-/// that is smaller than a texel, where `a` is thinned.
+/// Transmittance of a hit of opacity `a` and colour `c` (divided by 16 for `gain`), per channel: `1 - thin
+/// (1 - T)` for a particle smaller than a texel, whose `a` is reduced.
 pub fn transmittance(transfer: Transfer, thin: f32, a: f32, c: Vec3) -> Vec3 {
     let clear = 1.0 - thin;
     let passed = (thin - a).max(0.0);
@@ -162,7 +168,7 @@ pub fn transmittance(transfer: Transfer, thin: f32, a: f32, c: Vec3) -> Vec3 {
     }
 }
 
-/// 1 - [`transmittance`], with full precision where the transmittance is next to 1.
+/// 1 - [`transmittance`], in full precision where the transmittance is close to 1.
 pub fn absorption(transfer: Transfer, thin: f32, a: f32, c: Vec3) -> Vec3 {
     let filtered = a * (Vec3::ONE - c);
     match transfer {
@@ -178,6 +184,7 @@ pub fn absorption(transfer: Transfer, thin: f32, a: f32, c: Vec3) -> Vec3 {
 /// Hit of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
+    /// Texture coordinates.
     pub uv: Vec2,
     /// Weights of the three corners; they add up to 1.
     pub barycentric: Vec3,
@@ -187,13 +194,13 @@ pub struct TriangleHit {
 
 /// Rays and the triangle of a setup.
 pub trait HitTriangle {
-    /// Barycentric weights of two corners, and their change from one texel to the next.
+    /// Barycentric weights of two corners, and their change per texel.
     fn on_triangle(&self, texel: Vec2) -> (Vec2, Vec2);
-    /// Colour of the corners, which are stored as square roots of linear light, and alpha.
+    /// Interpolated colour and alpha of the corners, which store square roots of linear light.
     fn color(&self, barycentric: Vec3) -> Vec4;
-    /// Changes of the uv at a hit from one texel to the next, right and down.
+    /// Change of the uv at a hit per texel, to the right and down.
     fn uv_steps(&self, texel: Vec2, uv: Vec2) -> [Vec2; 2];
-    /// Hit of the ray through a texel; edges belong to one of two triangles.
+    /// Hit of the ray through a texel; an edge belongs to one of its two triangles.
     fn hit(&self, texel: Vec2) -> Option<TriangleHit>;
 }
 

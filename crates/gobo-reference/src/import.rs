@@ -2,8 +2,8 @@
 use glam::{UVec2, Vec2, Vec4, Vec4Swizzles as _};
 use gobo::records::ImportParams;
 
-/// Ray of our map in the host's clip space: along the ray through a point of our map, clip coordinates of
-/// the host's camera are `slope * distance + start`, `distance` along our axis \[m\].
+/// Ray of our map in the host's clip space: along the ray through a point of our map, the host's clip
+/// coordinates are `slope * distance + start`; `distance` is along our axis \[m\].
 #[derive(Clone, Copy, Debug)]
 pub struct ClipRay {
     slope: Vec4,
@@ -30,8 +30,8 @@ impl ClipRay {
         place.clamp(Vec2::ZERO, params.host_size - 1.0).as_uvec2()
     }
 
-    /// Light depth of a host's depth. 1 where there is no surface, or one beyond the far plane; a surface
-    /// in front of the near plane blocks all the same.
+    /// Light depth of a host's depth: 1 without a surface, or for one beyond the far plane; a surface in
+    /// front of the near plane blocks light, too.
     pub fn light_depth(&self, params: &ImportParams, depth: f32) -> f32 {
         let Self { slope, start } = self;
         let distance = (depth * start.w - start.z) / (slope.z - depth * slope.w);

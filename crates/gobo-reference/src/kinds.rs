@@ -1,7 +1,7 @@
-//! Kinds of a scene's filtering casters, which decide how maps are accumulated.
+//! Kinds of a scene's filtering casters; they decide how maps are accumulated.
 use gobo::model::{Casters, Class, Shape, Transfer};
 
-/// Whether all filtering casters are those of [`super::curve::tile::CurveModes::rays`].
+/// Whether all filtering casters allow [`super::curve::tile::CurveModes::rays`].
 pub(super) fn only_rays(scene: &Casters<'_>) -> bool {
     let material = |id: u32| &scene.materials[id as usize];
     let filters = |id: u32| Class::FILTERING.contains(&Class::of(material(id)));

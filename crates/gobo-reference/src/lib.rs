@@ -1,4 +1,6 @@
 //! Reference implementation: a plain CPU reference of each stage.
+#![warn(missing_docs)]
+
 pub mod accumulate;
 pub mod air;
 mod area;

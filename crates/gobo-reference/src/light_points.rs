@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/shade/output_shares.wgsl`: share of each light that reaches points of the host.
+//! CPU reference of `wgsl/shade/output_shares.wgsl`: share of each light that reaches the host's points.
 use super::{
     area::{Fit, mean_over_points},
     shading::Lighting,
@@ -14,7 +14,7 @@ use gobo::{
 const RUN: usize = 1024;
 
 /// Shares in linear rgb, point by point, light by light; `maps` of `views`: the shadow views of the scene's
-/// lights. `fit`: fits those of area lights' points.
+/// lights. `fit`: fits views to the points of area lights.
 pub fn light_points(
     scene: &Scene,
     views: &[View],

@@ -39,7 +39,7 @@ mod tiles;
 
 use tiles::{last_depths, without_curves};
 
-/// Pairs of a segment of the kernels, which are counted.
+/// Pairs per segment of the kernels, for the counters.
 const SEGMENT: usize = 2048;
 /// Casters per work item of a thread.
 const CHUNK: usize = 4096;
@@ -58,13 +58,13 @@ pub(super) struct SceneRecords<'a> {
     pub capsules: Capsules,
     pub triangles: Vec<TriangleRecord>,
     modes: Modes,
-    /// Set in curve mode.
+    /// Modes of curves, in curve mode.
     curve_modes: Option<CurveModes>,
     pair_budget: u32,
-    /// Window of the softening; 0 if dithered surfaces stay as they are \[texels\].
+    /// Window of the softening \[texels\]; 0 if dithered surfaces are not softened.
     soften_window: u32,
     colored: bool,
-    /// \[texels\]
+    /// Radius of the blur \[texels\].
     blur: u32,
 }
 
@@ -78,7 +78,7 @@ pub(super) struct ViewCasters {
 }
 
 impl ViewCasters {
-    /// Their pairs. `sorted`: the visible footprints, front to back.
+    /// Its pairs. `sorted`: the visible footprints, front to back.
     pub(super) fn bins(
         &self,
         sorted: &[u32],
@@ -97,8 +97,10 @@ impl ViewCasters {
 
 /// Maps of all views, and their counters. Each view is a batch of its own.
 pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
-    let records = SceneRecords::new(scene.casters(), &scene.shadow);
+    let shadow = scene.shadow.within_curve_budget(views);
+    let records = SceneRecords::new(scene.casters(), &shadow);
     let mut counters = Counters {
+        nodes_dropped: u64::from(scene.shadow.curve_nodes() - shadow.curve_nodes()),
         casters: scene.casters().count(),
         views_rendered: views.len() as u64,
         skipped: scene.skipped.clone(),
@@ -208,7 +210,7 @@ impl<'a> SceneRecords<'a> {
         let casters = self.project(&gpu_view, params);
         let sorted = depth_order(&casters.keys);
         let within = |budget| casters.bins(&sorted, &gpu_view, tile_count as u32, budget);
-        // What does not fit is counted; the maps are the same.
+        // Pairs beyond the budget are counted; the maps are the same.
         let (fitting, bins) = (within(self.pair_budget), within(u32::MAX));
         let ViewCasters { footprints, keys, gaussians, setups, .. } = casters;
 
@@ -218,7 +220,7 @@ impl<'a> SceneRecords<'a> {
         let tile = |index: usize| Tile::new(&gpu_view, index as u32);
         let depths = each(tile_count, |i| occlude(records, &tile(i), blocking(i), self.colored));
         let opaque: Vec<_> = depths.iter().map(last_depths).collect();
-        // Kernels have lists of their own for casters that filter and for those that block.
+        // Kernels have separate lists for casters that filter and for casters that block.
         let filtering = |index: usize| {
             let pairs = bins.tile(index).iter().map(|pair| pair.footprint as usize);
             let pairs = pairs.filter(|&i| self.filters(i));
@@ -270,7 +272,7 @@ impl<'a> SceneRecords<'a> {
         soften(maps, self.soften_window);
     }
 
-    /// What hit tests of one view read.
+    /// Records for the hit tests of one view.
     pub(super) fn hit_records<'b>(
         &'b self,
         view: &'b GpuView,
@@ -294,7 +296,7 @@ impl<'a> SceneRecords<'a> {
         }
     }
 
-    /// Whether footprint `i` is of a caster that filters light.
+    /// Whether footprint `i` belongs to a caster that filters light.
     fn filters(&self, i: usize) -> bool {
         let particle = self.casters.get(i).map(Caster::material);
         let material = particle.unwrap_or_else(|| self.triangles[i - self.casters.len()].material);
@@ -402,7 +404,7 @@ pub(super) fn depth_order(keys: &[u32]) -> Vec<u32> {
     pairs.into_iter().map(|pair| pair.value).collect()
 }
 
-/// Counts the pairs that fit the budget, and what does not.
+/// Counts the pairs that fit the budget, and those that do not.
 fn count(counters: &mut Counters, bins: &Bins, binned: usize) {
     let overflowed = bins.overflowed.len();
     let per_tile = bins.tile_starts.windows(2).map(|w| (w[1] - w[0]) as usize);

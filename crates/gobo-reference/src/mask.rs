@@ -9,11 +9,11 @@ use gobo::{
     records::{COLORED_BIT, GpuView, MaskSlots, SLOTS, mask_size},
 };
 
-/// Depths that are less apart are equal: pixels beside each other on a floor differ by their rounding alone.
+/// Depths that differ by less count as equal: neighbouring pixels of a floor differ only by rounding.
 pub const TIED: f32 = 1e-6;
 /// Sum of four neighbours' weights below which only the best neighbour is used.
 pub const MIN_WEIGHT: f32 = 1e-3;
-/// Error of a right angle between two normals, in units of the blur's tolerance in depth.
+/// Error of a right angle between two normals, in units of the blur's depth tolerance.
 pub const TURNED: f32 = 8.0;
 /// Distance of the last tap from the centre, in standard deviations.
 pub const WIDTHS: f32 = 2.0;
@@ -24,16 +24,17 @@ pub const MIN_FACING: f32 = -1e-3;
 /// Surface that the camera sees in a pixel of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenSurface {
-    /// Id of the object that it is of, if it is a triangle's.
+    /// Id of its object, if it is a triangle.
     pub object: Option<u32>,
     /// Light depth in the camera's view; 1 without a surface.
     pub depth: f32,
+    /// The surface as a receiver; `None` without one.
     pub point: Option<Point>,
 }
 
 /// A pixel of the masks, and its pixel in the picture.
 #[derive(Clone, Copy, Debug)]
-struct Surface {
+struct MaskedPixel {
     depth: f32,
     point: Option<Point>,
     pixel: UVec2,
@@ -82,20 +83,24 @@ fn stored(value: Vec4) -> Vec4 {
 /// Camera, and its visible surfaces row by row.
 #[derive(Debug)]
 pub struct MaskInput<'a> {
+    /// Size and blur of the masks.
     pub settings: &'a MaskSettings,
+    /// The camera.
     pub camera: &'a View,
+    /// Lights and their maps.
     pub lighting: &'a Lighting<'a>,
+    /// Surfaces of all pixels, row by row.
     pub seen: &'a [SeenSurface],
 }
 
-/// Surfaces of a size, row by row.
+/// A grid of surfaces, row by row.
 struct Grid {
     size: UVec2,
-    surfaces: Vec<Surface>,
+    surfaces: Vec<MaskedPixel>,
 }
 
 impl Grid {
-    fn at(&self, at: UVec2) -> &Surface {
+    fn at(&self, at: UVec2) -> &MaskedPixel {
         &self.surfaces[(at.y * self.size.x + at.x) as usize]
     }
 }
@@ -105,9 +110,9 @@ struct Filter<'a> {
     view: GpuView,
 }
 
-/// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here +
-/// turn . o) - off` from the plane, in units of the blur's tolerance.
-struct Plane {
+/// Tangent plane of a pixel. A point at distance d along the axis, in a pixel at offset o, is `d (here + turn
+/// . o) - off` from the plane, in units of the blur's depth tolerance.
+struct PixelPlane {
     pixel: Vec2,
     /// Interpolated normal, world space.
     normal: Vec3,
@@ -119,12 +124,13 @@ struct Plane {
 }
 
 impl MaskInput<'_> {
+    /// Masks of the lights that have `slots`, blurred.
     pub fn masks(&self, slots: MaskSlots) -> Masks {
         let view = self.camera.to_gpu(0, UVec2::ZERO, 0);
         let filter = Filter { settings: self.settings, view };
         let size = self.camera.size;
         let pixel = |i: u32| UVec2::new(i % size.x, i / size.x);
-        let whole = |(i, seen): (u32, &SeenSurface)| Surface {
+        let whole = |(i, seen): (u32, &SeenSurface)| MaskedPixel {
             depth: seen.depth,
             point: seen.point,
             pixel: pixel(i),
@@ -177,7 +183,7 @@ impl Filter<'_> {
         self.view.near + depth * (self.view.far - self.view.near)
     }
 
-    fn plane(&self, surface: &Surface, seen: &Point) -> Plane {
+    fn plane(&self, surface: &MaskedPixel, seen: &Point) -> PixelPlane {
         let view = &self.view;
         let pixel = surface.pixel.as_vec2() + 0.5;
         let slope = (pixel - view.size * 0.5) / view.scale;
@@ -186,30 +192,30 @@ impl Filter<'_> {
         let tolerated = self.settings.sensitivity / distance;
         let here = (face.x * slope.x - face.y * slope.y - face.z) * tolerated;
         let turn = Vec2::new(face.x, -face.y) / view.scale * tolerated;
-        Plane { pixel, normal: seen.normal, distance, here, turn, off: distance * here }
+        PixelPlane { pixel, normal: seen.normal, distance, here, turn, off: distance * here }
     }
 
-    /// Distance of a surface from the plane, in units of the blur's tolerance.
-    fn error(&self, plane: &Plane, surface: &Surface) -> f32 {
+    /// Distance of a surface from the plane, in units of the blur's depth tolerance.
+    fn error(&self, plane: &PixelPlane, surface: &MaskedPixel) -> f32 {
         let pixel = surface.pixel.as_vec2() + 0.5;
         let ray = plane.here + plane.turn.dot(pixel - plane.pixel);
         (self.distance(surface.depth) * ray - plane.off).abs()
     }
 
     /// Weight of a surface for the pixel of a plane; 0 without a surface.
-    fn weight(&self, plane: &Plane, surface: &Surface) -> f32 {
+    fn weight(&self, plane: &PixelPlane, surface: &MaskedPixel) -> f32 {
         let Some(seen) = surface.point.filter(|_| surface.depth < 1.0) else { return 0.0 };
         let facing = plane.normal.dot(seen.normal).max(0.0);
         (1.0 - self.error(plane, surface)).max(0.0) * facing.powi(8)
     }
 
-    /// Lengths of a pixel's step to the right and down on a surface that is parallel to the screen, relative
-    /// to those on the surface of the plane; at most 1.
-    fn upright_shares(&self, plane: &Plane, seen: &Point) -> Vec2 {
+    /// Lengths of a pixel's step to the right and down on a surface parallel to the screen, relative to those
+    /// on the plane's surface; at most 1.
+    fn upright_shares(&self, plane: &PixelPlane, seen: &Point) -> Vec2 {
         let slope = (plane.pixel - self.view.size * 0.5) / self.view.scale;
         let ray = Vec3::new(slope.x, -slope.y, -1.0);
         let normal = self.view.view_from_world.transform_vector3(seen.face);
-        // A step changes the distance along the axis by so much.
+        // Change of the distance along the axis per step.
         let turn = normal.truncate() / normal.dot(ray).min(MIN_FACING);
         let square = 1.0 - 2.0 * turn * ray.truncate() + turn * turn * ray.length_squared();
         square.max(Vec2::ONE).map(|square| 1.0 / square.sqrt())
@@ -237,7 +243,7 @@ impl Filter<'_> {
                 }
                 let texel = texel.as_uvec2();
                 let gaussian = (-0.5 * (step as f32 / width).powi(2)).exp();
-                // A surface is its own, whichever way its facet looks.
+                // A surface always counts for itself, whatever its facet's orientation.
                 let near = if step == 0 { 1.0 } else { self.weight(&plane, grid.at(texel)) };
                 sum += values[(texel.y * grid.size.x + texel.x) as usize] * gaussian * near;
                 weights += gaussian * near;
@@ -279,7 +285,7 @@ impl Filter<'_> {
     }
 }
 
-/// Keeps one of each 2 x 2 pixels, alternately the nearest and the farthest; of equal ones the first.
+/// Keeps one of each 2 x 2 pixels, alternately the nearest and the farthest; the first of equal ones.
 fn shrunk(whole: &Grid) -> Grid {
     let size = mask_size(whole.size, true);
     let chosen = |i: u32| {

@@ -1,6 +1,6 @@
-//! CPU reference of `wgsl/accumulator/{depth,colored}.wgsl`: opaque, cutout and dithered casters -> opaque depth `Z`.
-//! With coloured dithering each channel has a threshold and an opaque depth of its own, so that three depths hold
-//! coloured layers in any order (McGuire and Enderton 2011).
+//! CPU reference of `wgsl/accumulator/{depth,colored}.wgsl`: opaque depth `Z` of opaque, cutout and dithered
+//! casters. With coloured dithering each channel has its own threshold and opaque depth, so that three depths
+//! hold coloured layers in any order (McGuire and Enderton 2011).
 use super::{
     caster_hit::{Hit, Records, Target},
     tile::{Tile, TileTexels},
@@ -11,7 +11,7 @@ use gobo::{
     records::Footprint,
 };
 
-/// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered ones.
+/// Whether a hit of an `opaque` or `cutout` material is solid; the picture blends dithered casters.
 pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
     match material.transfer {
         Transfer::Opaque => true,
@@ -20,8 +20,8 @@ pub(super) fn is_solid(material: &Material, hit: &Hit) -> bool {
     }
 }
 
-/// Channels of the light at `texel` that a hit of an opaque material blocks: all, or of coloured dithering those
-/// whose `1 - T` exceeds their own threshold.
+/// Channels of the light at `texel` that a hit of an opaque material blocks: all, or with coloured dithering
+/// those whose `1 - T` exceeds their own threshold.
 fn blocked_channels(target: &Target<'_>, texel: Vec2, hit: &Hit, colored: bool) -> BVec3 {
     match target.material.transfer {
         Transfer::Dither if colored => {
@@ -33,7 +33,7 @@ fn blocked_channels(target: &Target<'_>, texel: Vec2, hit: &Hit, colored: bool) 
     }
 }
 
-/// Opaque depth whose last bit marks a dithered surface: `filter` fills holes of dithered surfaces only.
+/// Opaque depth whose last bit marks a dithered surface: `filter` fills only the holes of dithered surfaces.
 fn stored_depth(target: &Target<'_>, hit: &Hit) -> f32 {
     let dithered = target.material.transfer == Transfer::Dither;
     f32::from_bits(hit.depth.to_bits() & !1 | u32::from(dithered))
@@ -44,7 +44,7 @@ pub fn is_dithered(depth: f32) -> bool {
     depth.to_bits() & 1 == 1
 }
 
-/// Least depth, per channel, of the hits that block a tile's texels; 1 if there is none.
+/// Least depth, per channel, of the hits that block a tile's texels; 1 without one.
 pub fn occlude<'a>(
     records: Records<'_>,
     tile: &Tile,

@@ -1,27 +1,27 @@
-//! CPU reference of `wgsl/occlusion/*.wgsl`: ambient light that what is seen around a surface keeps from it (Jimenez et
-//! al. 2016, "Practical Real-Time Strategies for Accurate Indirect Occlusion", section 4).
+//! CPU reference of `wgsl/occlusion/*.wgsl`: ambient occlusion by the surfaces visible around a pixel
+//! (Jimenez et al. 2016, "Practical Real-Time Strategies for Accurate Indirect Occlusion", section 4).
 use super::{air::TINY, threads::each};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use gobo::records::{GpuView, OcclusionRadius};
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Directions of a pixel; the next three have others between them.
+/// Directions of a pixel; the next three pixels have others between them.
 pub const OCCLUDER_DIRECTIONS: u32 = 3;
-/// Places along a direction, to either side; 4x4 pixels have others between them.
+/// Samples along a direction, to either side; 4x4 pixels have others between them.
 pub const OCCLUDER_STEPS: u32 = 6;
-/// Where in its step a pixel's places are \[quarters\], of four pixels.
+/// Offset of each of four pixels' samples within a step \[quarters\].
 pub const PLACES: u32 = 0x2431;
-/// Farthest of them \[heights of the picture\].
+/// Distance of the farthest sample \[heights of the picture\].
 pub const OCCLUDER_REACH: f32 = 0.25;
-/// Length of a normal in a slice that it is across.
+/// Least length of a normal's projection into a slice.
 pub const SLICE_FACING: f32 = 1e-3;
-/// Square of the slope up to which what is around is flat: depths are rounded.
+/// Square of the slope up to which the surroundings count as flat: depths are rounded.
 pub const FLAT_SQUARE: f32 = 4e-6;
-/// Distance of the sky, which is on no surface's plane \[m\].
+/// Distance of the sky, which lies on no surface's plane \[m\].
 pub const SKY_DISTANCE: f32 = 1e20;
-/// Distance off a pixel's plane at which another surface does not count \[radii\].
+/// Distance from a pixel's plane at which another surface no longer counts \[radii\].
 pub const OFF_PLANE: f32 = 0.1;
-/// Weight of what does not count, for pixels that nothing around is on the surface of.
+/// Weight of surfaces that do not count, for pixels without a neighbour on their own surface.
 pub const OFF_PLANE_WEIGHT: f32 = 1e-4;
 /// A pixel's opaque surface and the ambient light that it sends to the eye.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +35,11 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
+    /// A pixel without a surface.
     pub const NONE: Self = Self { depth: 1.0, normal: Vec3::ZERO, light: Vec3::ZERO };
 }
 
-/// Surroundings of all pixels of a picture.
+/// Search of occluders around all pixels of a picture.
 struct Search<'a> {
     view: &'a GpuView,
     world_from_view: &'a Mat4,
@@ -47,13 +48,13 @@ struct Search<'a> {
     size: UVec2,
 }
 
-/// The plane of a search: the eye's ray and a direction on the screen.
+/// The plane of a search, through the eye's ray and a direction on the screen.
 struct Slice {
-    /// The surface's normal, over its length in the plane.
+    /// The surface's normal, divided by its length in the plane.
     above: Vec3,
-    /// Across it, in the plane, unit.
+    /// Tangent of the surface in the plane, unit.
     along: Vec3,
-    /// That length.
+    /// Length of the normal in the plane.
     facing: f32,
     /// Angle from the direction to the eye to the normal \[radians\].
     tilt: f32,
@@ -77,7 +78,7 @@ impl Slice {
     }
 }
 
-/// Light of a picture without the occluded part of its ambient light.
+/// A picture's light, less the occluded part of its ambient light.
 pub fn occluded(
     view: &GpuView,
     world_from_view: &Mat4,
@@ -122,7 +123,7 @@ impl Search<'_> {
         self.radius.metres - self.radius.per_distance * point.z
     }
 
-    /// Share of the ambient light at a place of half the size, and the distance of its surface.
+    /// Share of the ambient light at a texel of half the resolution, and the distance of its surface.
     fn seen(&self, texel: UVec2) -> (f32, f32) {
         let pixel = texel * 2;
         let around_pixel = self.of(pixel);
@@ -148,8 +149,9 @@ impl Search<'_> {
         (if whole > 0.0 { seen / whole } else { 1.0 }, -point.z)
     }
 
-    /// Angle above the surface's plane below which no light comes, on one side of a slice. `step`: to that side; `part`: of a
-    /// step, at which its place is. Beyond its border the picture is as far as at the border: what rises there goes on.
+    /// Angle above the surface's plane below which no light comes, on one side of a slice. `step`: to that
+    /// side; `part`: of a step, offset of the first sample. Beyond its border the picture continues at the
+    /// border's depth.
     fn risen(
         &self,
         pixel: UVec2,

@@ -1,7 +1,7 @@
 //! CPU reference of `wgsl/hit/hit_order.wgsl`: sorting of one ray's hits by depth.
 //!
-//! Casters come sorted by their nearest points, so their hits are nearly sorted. The last few hits wait in
-//! a sorted buffer; a late one is inserted among them. At equal depths the casters' order decides.
+//! Casters come sorted by their nearest points, so their hits are nearly sorted. The last few hits wait in a
+//! sorted buffer; a late one is inserted among them. At equal depths the casters' order decides.
 
 /// Capacity of the buffer \[hits\].
 pub const WAITING: usize = 8;
@@ -13,7 +13,7 @@ pub struct HitOrder<T> {
     waiting: [(f32, T); WAITING],
     /// Light depth of the last hit that left.
     last: f32,
-    /// Hits out of order: they came after a hit behind them had left.
+    /// Number of hits out of order: they came after a hit behind them had left.
     pub late: u32,
 }
 

@@ -6,25 +6,29 @@ use gobo::{
     records::{Outline, TileRect},
 };
 
-/// Share by which ellipses are enlarged for the rounding of their form.
+/// Factor by which ellipses are enlarged, against the rounding of their form.
 pub const OUTLINE_GROWTH: f32 = 1.0002;
 /// Largest half width \[units\].
 pub const WIDEST_OUTLINE: f32 = 32000.0;
-/// Edges of units, their logarithms to base 2 \[texels\].
+/// Base-2 logarithms of the units' edges \[texels\].
 pub const FINEST_UNIT: i32 = -8;
+/// Logarithm to base 2 of the largest edge of a unit \[texels\].
 pub const COARSEST_UNIT: i32 = 4;
-/// How far the Gaussian is from the eye's plane at least, 1 for far: nearer ones' ellipses are known too roughly.
+/// Least openness of an ellipse: closer to the eye's plane it is known too roughly. 1 is far away.
 pub const LEAST_OPEN: f32 = 1e-3;
 
 /// Texels at `middle + (lean v -+ width sqrt(1 - v^2), half.y v)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ellipse {
-    /// \[texels\]
+    /// Centre, and half width and height \[texels\].
     pub middle: Vec2,
+    /// Half of its extent along x and y \[texels\].
     pub half: Vec2,
+    /// How far a row's middle moves along x to the top \[texels\].
     pub lean: f32,
+    /// Half of its width in the row of the middle \[texels\].
     pub width: f32,
-    /// How far the Gaussian is from the eye's plane, 1 for far.
+    /// Openness: how far the Gaussian is from the eye's plane; 1 is far away.
     pub open: f32,
 }
 
@@ -34,13 +38,14 @@ impl Ellipse {
     }
 }
 
-/// Logarithm to base 2 of the edge of the least unit in which half the width is within [`WIDEST_OUTLINE`] \[texels\].
+/// Base-2 logarithm of the edge of the smallest unit in which half the width is within [`WIDEST_OUTLINE`]
+/// \[texels\].
 fn unit_log(ellipse: &Ellipse) -> i32 {
     let edge = (ellipse.half.x * (OUTLINE_GROWTH / WIDEST_OUTLINE)).to_bits();
     ((edge >> 23) as i32 - 126).max(FINEST_UNIT)
 }
 
-/// The outline from row `row` of tiles on; `None` if it is taken to touch all tiles of its rectangle.
+/// The outline from row `row` of tiles on; `None` if all tiles of its rectangle count as touched.
 pub fn outline_of(ellipse: &Ellipse, row: u32) -> Option<Outline> {
     let log = unit_log(ellipse);
     if !(ellipse.open >= LEAST_OPEN && log <= COARSEST_UNIT) {
@@ -62,7 +67,7 @@ pub fn outline_of(ellipse: &Ellipse, row: u32) -> Option<Outline> {
     })
 }
 
-/// The tiles of a rectangle that are within an outline. Rows without a tile are left out.
+/// The tiles of a rectangle within an outline, without rows that have none.
 pub fn outlined_tiles(outline: &Outline, rect: TileRect) -> TileRect {
     let left = *rect.x().start();
     let (mut top, mut bottom, mut count, mut mask) = (255, 0, 0, 0);

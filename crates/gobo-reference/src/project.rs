@@ -20,22 +20,26 @@ pub const SLACK: f32 = 1.0 / 64.0;
 /// A particle is *beside* the view if its depth along the axis is below this share of its distance from the
 /// light: its centre has no position in the map.
 pub const MIN_COSINE: f32 = 0.05;
-/// Where the line of an edge that is farther away lies \[texels\]: beside it, no texel's place makes a difference in 32 bits.
+/// Position of the line of an edge that is farther away \[texels\]: from there, no texel's position makes a
+/// difference in 32 bits.
 pub const FAR_EDGE: f32 = 1_099_511_627_776.0;
-/// A brick's corners have a position in the map if its nearest is so far along the axis, as a share of its
-/// farthest.
+/// A brick's corners have positions in the map if the nearest is at least this far along the axis, as a share
+/// of the farthest.
 pub const BRICK_NEAR: f32 = 1e-3;
 
 /// Result of `project` for one caster in one view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
+    /// The caster's footprint, which later stages read.
     pub footprint: Footprint,
     /// Quantised smallest depth; [`INVISIBLE`] if the caster touches no texel or is scattered.
     pub key: u32,
+    /// Tiles that it may touch.
     pub rect: TileRect,
 }
 
 impl Projected {
+    /// A caster that touches no texel.
     pub const INVISIBLE: Self = Self {
         footprint: Footprint {
             center: Vec2::ZERO,
@@ -54,8 +58,7 @@ impl Projected {
 /// Parameters of projection for a batch of views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProjectParams {
-    /// Whether particles that touch at most 2x2 texels take the scatter path. Off with order-dependent
-    /// blending.
+    /// Whether particles that touch at most 2x2 texels are scattered. Off with order-dependent blending.
     pub scatter: bool,
     /// Whether casters without shadows are projected too, for the camera.
     pub include_non_casters: bool,
@@ -69,7 +72,7 @@ pub fn scatter_texel(center: Vec2) -> Vec2 {
     (center - 0.5).floor()
 }
 
-/// A box in the map, centre to centre inclusive \[texels\].
+/// A box in the map, from centre to centre inclusive \[texels\].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TexelBox {
     pub(super) min: Vec2,
@@ -81,7 +84,8 @@ pub fn depth_key(depth: f32) -> u32 {
     (depth.clamp(0.0, 1.0) * (INVISIBLE - 1) as f32) as u32
 }
 
-/// Projects one particle to view number `view_index` of its batch; `half_edges`: of a brick's box, world space \[m\].
+/// Projects one particle to view number `view_index` of its batch; `half_edges`: of a brick's box, world
+/// space \[m\].
 pub fn project_caster(
     view: &GpuView,
     view_index: u32,
@@ -94,12 +98,12 @@ pub fn project_caster(
     let center = view.view_from_world.transform_point3(caster.center);
     let distance = -center.z;
     let range = view.far - view.near;
-    // A sphere, or a box that is inside it.
+    // A sphere, or a box inside it.
     let is_round = shape == Shape::Puff as u32 || half_edges.is_some();
     let body = Body {
         center,
         radius: caster.radius,
-        // Half the diagonal of a quad reaches beyond its radius.
+        // A quad's diagonal reaches beyond its radius.
         corner: if shape == Shape::Quad as u32 { std::f32::consts::SQRT_2 } else { 1.0 },
         is_round,
     };
@@ -111,7 +115,7 @@ pub fn project_caster(
     let mut least = center.length() - if is_round { depth_reach } else { 0.0 };
     if let Some(half_edges) = &half_edges {
         let extent = BrickExtent::new(view, half_edges, center);
-        // Elsewhere the box of the sphere around it holds.
+        // Elsewhere the box of its bounding sphere is used.
         if view.perspective == 0.0 || extent.along[0] > BRICK_NEAR * extent.along[1] {
             bounds = TexelBox { min: extent.min, max: extent.max };
         }
@@ -168,7 +172,7 @@ pub(super) fn tangents(x: f32, distance: f32, sphere: f32) -> Vec2 {
     )
 }
 
-/// Projects one triangle to one view, with its setup. `setup_index`: where the setup is stored.
+/// Projects one triangle to one view, with its setup. `setup_index`: index of the setup.
 pub fn project_triangle(
     view: &GpuView,
     view_index: u32,
@@ -235,8 +239,8 @@ pub fn project_triangle(
     (Projected { footprint, key: depth_key(front), rect }, setup)
 }
 
-/// Sets the edges of a triangle. `in_front`: which corners are in front of the near plane, and have a position `p` in the
-/// map; `h`: homogeneous positions. Returns false for a triangle that is seen edge-on.
+/// Sets the edges of a triangle. `in_front`: whether each corner is in front of the near plane and so has a
+/// position `p` in the map; `h`: homogeneous positions. Returns false for a triangle that is seen edge-on.
 fn set_edges(setup: &mut TriangleSetup, in_front: [bool; 3], p: [Vec2; 3], h: [Vec3; 3]) -> bool {
     let crosses = in_front != [true; 3];
     let turn =
@@ -249,7 +253,7 @@ fn set_edges(setup: &mut TriangleSetup, in_front: [bool; 3], p: [Vec2; 3], h: [V
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let is_line = in_front[j] && in_front[k];
         // Both triangles of a shared edge must start from the same corner, so that their edge functions are
-        // each other's negative to the last bit.
+        // exact negatives of each other.
         let forward =
             if is_line { precedes(p[j], p[k]) } else { precedes(h[j].truncate(), h[k].truncate()) };
         let (from, to) = if forward { (j, k) } else { (k, j) };
@@ -268,7 +272,8 @@ fn set_edges(setup: &mut TriangleSetup, in_front: [bool; 3], p: [Vec2; 3], h: [V
     true
 }
 
-/// Edge with a corner that has no position in the map: a plane through the eye (Olano and Greer 1997, section 3).
+/// Edge with a corner that has no position in the map: a plane through the eye (Olano and Greer 1997, section
+/// 3).
 fn edge_plane(plane: Vec3) -> Vec4 {
     let along = Vec2::new(plane.y, -plane.x);
     let constant = plane.z / FAR_EDGE;
@@ -276,7 +281,7 @@ fn edge_plane(plane: Vec3) -> Vec4 {
         let foot = plane.truncate() * (-plane.z / along.length_squared());
         Vec4::new(foot.x, foot.y, along.x, along.y)
     } else {
-        // In the plane through the eye across the axis, an edge is at infinity: its function is constant.
+        // An edge in the plane through the eye across the axis is at infinity: its function is constant.
         Vec4::new(0.0, -FAR_EDGE, constant, 0.0)
     }
 }

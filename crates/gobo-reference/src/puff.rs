@@ -12,11 +12,11 @@ use gobo::{
 /// The part of a ray inside a puff.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chord {
-    /// Length of the chord, a share of the diameter.
+    /// Length of the chord, in diameters.
     share: f32,
-    /// Light depth where the ray enters, 0 if it starts inside.
+    /// Light depth at which the ray enters; 0 if it starts inside.
     depth: f32,
-    /// Light depth where the ray leaves or ends.
+    /// Light depth at which the ray leaves or ends.
     end: f32,
 }
 
@@ -29,8 +29,8 @@ pub(super) fn chord(
     let Footprint { center, radius, .. } = *footprint;
     let range = view.far - view.near;
     let distance = view.near + footprint.depth * range;
-    // Squared distance of the ray from the centre [radii²]; metres along the axis per radius; depth along
-    // the axis where the ray is closest to the centre [m].
+    // Squared distance of the ray from the centre [radii²]; metres along the axis per radius; depth along the
+    // axis of the ray's point closest to the centre [m].
     let (miss2, radius_axis, closest);
     let w = ((texel - view.size * 0.5) / view.scale).extend(1.0);
     if let Some(beside) = footprint.beside() {
@@ -63,7 +63,7 @@ pub(super) fn chord(
     (share > 0.0).then(|| Chord { share, depth: at(first), end: at(last) })
 }
 
-/// Hit of a puff: the transfer along a whole diameter, to the power of the chord's share of it.
+/// Hit of a puff: the transmittance of a whole diameter, to the power of the chord's length in diameters.
 pub(super) fn puff_hit(
     transfer: Transfer,
     chord: Chord,

@@ -12,12 +12,12 @@ pub struct MapTexel {
     pub opaque: f32,
 }
 
-/// Light that reaches light depth `z`, per channel; curve mode. `light_at` is the curve.
+/// Light that reaches light depth `z`, per channel, in curve mode; `light_at`: the curve.
 pub fn receive_curve(z: f32, opaque: f32, bias: f32, light_at: impl FnOnce(f32) -> Vec3) -> Vec3 {
     if z > opaque + bias { Vec3::ZERO } else { light_at(z - bias) }
 }
 
-/// Light that reaches light depth `z`, per channel; nearest-depth mode.
+/// Light that reaches light depth `z`, per channel, in nearest-depth mode.
 pub fn receive(z: f32, texel: &MapTexel, bias: f32) -> Vec3 {
     if z > texel.opaque + bias {
         Vec3::ZERO
@@ -28,7 +28,7 @@ pub fn receive(z: f32, texel: &MapTexel, bias: f32) -> Vec3 {
     }
 }
 
-/// Channels of `light` that opaque depths per channel let through to light depth `z`.
+/// Channels of `light` that per-channel opaque depths let through to light depth `z`.
 pub fn light_by_channel(light: Vec3, depths: [f32; 3], z: f32, bias: f32) -> Vec3 {
     let blocked = (Vec3::from_array(depths) + bias).cmplt(Vec3::splat(z));
     Vec3::select(blocked, Vec3::ZERO, light)

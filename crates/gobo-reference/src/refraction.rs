@@ -1,5 +1,6 @@
-//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: what is behind glass is seen aside, by the
-//! refraction of the eye's ray where it enters a body, and blurred, by the roughness of panes.
+//! CPU reference of `crates/gobo-picture/wgsl/shade/bend.wgsl` and `wgsl/refraction/*.wgsl`: the background
+//! behind glass is displaced, by refraction where the eye's ray enters a body, and blurred, by the roughness
+//! of panes.
 use super::{bloom::Level, shading::world_point};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use gobo::{
@@ -7,22 +8,25 @@ use gobo::{
     records::{GpuView, image_level_size, refraction_levels},
 };
 
-/// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are halves.
+/// Least light depth by which a surface must be in front of a pane to hide the background of the pane: depths
+/// are half floats.
 pub const PANE_SLACK: f32 = 0.001;
 
-/// Cosine between a ray and a face's normal at which it hardly meets the face.
+/// Cosine between a ray and a face's normal at which the ray hardly meets the face.
 pub const MIN_LEAVING: f32 = -0.05;
 
-/// How a face changes the way of the eye's ray.
+/// Effect of a face on the path of the eye's ray.
 #[derive(Clone, Copy, Debug)]
 pub struct GlassFace {
     /// Radius of the blur \[pixels\].
     pub blur: f32,
-    /// Unit direction behind the face, if it is one of a body; world space.
+    /// Unit direction behind the face, if it belongs to a body; world space.
     pub bent: Option<Vec3>,
-    /// On the eye's side, and its cosine to the straight ray.
+    /// Normal on the eye's side, and its cosine to the straight ray.
     pub normal: Vec3,
+    /// Cosine of the angle between `normal` and the straight ray.
     pub cosine: f32,
+    /// Whether the ray leaves a body through it.
     pub leaves: bool,
 }
 
@@ -59,24 +63,25 @@ fn refracted(ray: Vec3, normal: Vec3, ratio: f32) -> Vec3 {
 
 /// A body on the eye's ray.
 #[derive(Clone, Copy, Debug)]
-struct Body {
+struct BodyOnRay {
     entered: f32,
     bent: Vec3,
     left: f32,
-    /// Way inside, over that of the straight ray.
+    /// Path length inside, relative to that of the straight ray.
     share: f32,
 }
 
 /// The eye's ray through the panes of a pixel.
 #[derive(Clone, Debug, Default)]
 pub struct Ray {
-    bodies: Vec<Body>,
+    bodies: Vec<BodyOnRay>,
     /// Light depth and direction behind the face by which it entered the present body.
     entered: Option<(f32, Vec3)>,
     blur_square: f32,
 }
 
 impl Ray {
+    /// Takes the ray through the next face, at light depth `depth`.
     pub fn cross(&mut self, face: &GlassFace, depth: f32) {
         self.blur_square += face.blur * face.blur;
         let Some(bent) = face.bent else { return };
@@ -84,7 +89,12 @@ impl Ray {
             Some((entered, bent)) if face.leaves => {
                 // Up to the plane of the face.
                 let share = face.cosine / face.normal.dot(bent).min(MIN_LEAVING);
-                self.bodies.push(Body { entered, bent, left: depth, share: share.clamp(0.5, 1.5) });
+                self.bodies.push(BodyOnRay {
+                    entered,
+                    bent,
+                    left: depth,
+                    share: share.clamp(0.5, 1.5),
+                });
                 self.entered = None;
             }
             None if !face.leaves => self.entered = Some((depth, bent)),
@@ -92,7 +102,7 @@ impl Ray {
         }
     }
 
-    /// Where a pixel sees what is behind, at light depth `behind`, and the blur; `None` where it sees it straight.
+    /// Displacement and blur of the background at light depth `behind`; `None` for a straight, sharp view.
     pub fn bend(
         mut self,
         view: &GpuView,
@@ -101,11 +111,11 @@ impl Ray {
         behind: f32,
     ) -> Option<(Vec2, f32)> {
         if let Some((entered, bent)) = self.entered.filter(|_| behind < 1.0) {
-            self.bodies.push(Body { entered, bent, left: behind, share: 1.0 });
+            self.bodies.push(BodyOnRay { entered, bent, left: behind, share: 1.0 });
         }
         let slope = (pixel - view.size * 0.5) / view.scale;
         let metres = (view.far - view.near) * (1.0 + slope.length_squared()).sqrt();
-        let aside = |body: &Body| {
+        let aside = |body: &BodyOnRay| {
             let start = world_point(view, world_from_view, pixel, body.entered);
             let position = start + body.bent * (body.share * (body.left - body.entered) * metres);
             let seen = view.view_from_world.transform_point3(position);
@@ -118,21 +128,21 @@ impl Ray {
     }
 }
 
-/// Where a pixel shows what is behind its panes.
+/// Displaced and blurred background of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Bend {
-    /// From the pixel \[pixels\].
+    /// Offset from the pixel \[pixels\].
     pub aside: Vec2,
-    /// Radius \[pixels\].
+    /// Radius of the blur \[pixels\].
     pub blur: f32,
     /// Light depth of the nearest pane.
     pub pane: f32,
-    /// Share of the light behind that reaches the eye.
+    /// Share of the background's light that reaches the eye.
     pub passed: Vec3,
 }
 
-/// A picture's light with what is seen aside or blurred: `light` without it, `behind` the opaque surfaces and their light
-/// depths.
+/// A picture's light with displaced and blurred backgrounds: `light` without them, `behind` the opaque
+/// surfaces and their light depths.
 pub fn refracted_picture(
     size: UVec2,
     light: &[Vec3],
@@ -157,7 +167,7 @@ pub fn refracted_picture(
     (0..light.len()).map(shown).collect()
 }
 
-/// Light around a place \[pixels\], blurred over a radius \[pixels\].
+/// Light around a position \[pixels\], blurred over a radius \[pixels\].
 fn blurred(levels: &[Level], position: Vec2, blur: f32) -> Vec3 {
     let level = (blur.max(0.5) * 2.0).log2().clamp(0.0, (levels.len() - 1) as f32);
     let (low, part) = (level as usize, level.fract());

@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/entry/resolve.wgsl`: `F`, as its texture stores it.
+//! CPU reference of `wgsl/entry/resolve.wgsl`: the filter map `F`, as its texture stores it.
 use glam::{IVec3, Vec3};
 use gobo::records::FIXED_ONE;
 use half::f16;
@@ -11,8 +11,8 @@ pub fn passed(sums: IVec3) -> Vec3 {
     (sums.as_vec3() / -FIXED_ONE).map(f32::exp)
 }
 
-/// Filter map `F`, rounded to rgba16float. `gain`: values below [`BLACK`] are kept, since a caster may brighten
-/// them.
+/// Filter map `F`, rounded to rgba16float. `gain`: values below [`BLACK`] are kept, since a caster may
+/// amplify them.
 pub fn resolve(light: Vec3, gain: bool) -> [f32; 3] {
     let stored = |light: f32| {
         let light = if !gain && light < BLACK { 0.0 } else { light };

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/soften/`: softening of dithered shadows. The visibility behind dithered surfaces is blurred over one window of their pattern and becomes a filter; depths are never
-//! blurred.
+//! CPU reference of `wgsl/soften/`: softening of dithered shadows. The visibility behind dithered surfaces is
+//! blurred over one window of their pattern and becomes a filter; depths are never blurred.
 use super::{occlude::is_dithered, threads::each};
 use glam::{BVec3, UVec2, Vec3};
 use gobo::records::ViewMaps;
@@ -19,13 +19,13 @@ pub(super) fn around(size: u32, at: u32, radius: i32) -> impl Iterator<Item = (f
     })
 }
 
-/// What a texel's window holds.
+/// Dithered surfaces in a texel's window.
 struct Window {
-    /// Share of it that dithered surfaces block, per channel.
+    /// Blocked share of the window, per channel.
     blocked: Vec3,
-    /// Depth of the nearest dithered surface, 1 for none.
+    /// Depth of the nearest dithered surface; 1 without one.
     nearest: f32,
-    /// Depth behind the closest hole, along rows and columns; 1 for none.
+    /// Depth behind the closest hole, along rows and columns; 1 without one.
     hole: f32,
 }
 
@@ -52,8 +52,8 @@ impl Window {
     }
 }
 
-/// Softens the light behind dithered surfaces; `window` as in [`gobo::model::dither::window`]. Depths per channel
-/// become one.
+/// Softens the light behind dithered surfaces; `window` as in [`gobo::model::dither::window`]. Depths per
+/// channel become one.
 pub fn soften(maps: &mut ViewMaps, window: u32) {
     let (radius, size) = ((window / 2) as i32, maps.view.size);
     if radius == 0 {
@@ -82,7 +82,7 @@ pub(super) fn texels(size: UVec2) -> impl Iterator<Item = (u32, u32)> {
     (0..size.x * size.y).map(move |i| (i % size.x, i / size.x))
 }
 
-/// Rounded like the maps, and not negative.
+/// Rounded to the format of maps, and not negative.
 pub(super) fn stored(light: f32) -> f32 {
     half::f16::from_f32(light.max(0.0)).to_f32()
 }

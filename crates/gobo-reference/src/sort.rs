@@ -6,11 +6,13 @@ use std::ops::Range;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Pair {
+    /// By which pairs are sorted.
     pub key: u32,
+    /// Index that goes with the key.
     pub value: u32,
 }
 
-/// Sorts by the `bits` of the keys; pairs that agree in these stay in order.
+/// Sorts by `bits` of the keys; pairs that agree in these stay in order.
 pub fn sort(pairs: &mut [Pair], bits: Range<u32>) {
     if bits.start >= bits.end.min(32) {
         return;

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/sums/scatter.wgsl`: sums over the casters of each texel, to which those of others can be
-//! added.
+//! CPU reference of `wgsl/sums/scatter.wgsl`: sums over the casters of each texel, to which other shares can
+//! be added.
 use super::{
     accumulate::VISIBLE_PRESENCE,
     caster_hit::{Hit, Target},
@@ -73,7 +73,8 @@ fn add(sum: &mut [u32; 4], tau: IVec3) {
     }
 }
 
-/// Optical depth in fixed point. Dithered rounding, so that the rounding errors of equal casters do not add up.
+/// Optical depth in fixed point, with dithered rounding, so that the rounding errors of equal casters do not
+/// add up.
 fn rounded_tau(hit: &Hit, seed: u32) -> IVec3 {
     let turn = seed.wrapping_mul(2_654_435_769);
     let chance = [0, 0x5555_5555, 0xaaaa_aaaa_u32].map(|third| {

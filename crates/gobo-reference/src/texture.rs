@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/hit/texture.wgsl`: bilinear, repeating, row 0 at v = 0; in the picture trilinear, over what a
-//! sample sees.
+//! CPU reference of `wgsl/hit/texture.wgsl`: bilinear, repeating, row 0 at v = 0; in the picture trilinear,
+//! over the footprint of a sample.
 use glam::{UVec2, Vec2, Vec3, Vec4};
 use gobo::{
     model::Texture,
@@ -14,22 +14,23 @@ use std::sync::OnceLock;
 #[derive(Clone, Debug)]
 pub struct Image<'a> {
     texture: &'a Texture,
-    /// Linear values of the bytes of rgb.
+    /// Linear value of each byte of rgb.
     decoded: [f32; 256],
-    /// Levels behind the texture's own texels, made where they are asked for.
+    /// Coarser mip levels, made on demand.
     levels: OnceLock<Vec<ImageLevel>>,
 }
 
-/// A sample over what is seen of an image.
+/// A sample over a footprint in an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampled {
-    /// Linear.
+    /// Linear rgba.
     pub rgba: Vec4,
-    /// Level of the texels that were read.
+    /// Mip level of the texels that were read.
     pub level: f32,
 }
 
 impl<'a> Image<'a> {
+    /// An image whose levels are made when they are first read.
     pub fn new(texture: &'a Texture) -> Self {
         let decoded = std::array::from_fn(|v| linear_from_srgb(v as u8));
         Self { texture, decoded, levels: OnceLock::new() }
@@ -39,13 +40,13 @@ impl<'a> Image<'a> {
         UVec2::new(self.texture.width, self.texture.height)
     }
 
-    /// Samples linear rgba; texel `i` has its centre at `(i + 0.5) / size`. `shows_clear`: whether colours count alike; else
-    /// by their alpha.
+    /// Samples linear rgba; texel `i` has its centre at `(i + 0.5) / size`. `shows_clear`: whether all
+    /// colours count alike; else they are weighted by alpha.
     pub fn sample(&self, uv: Vec2, shows_clear: bool) -> Vec4 {
         unweighted(self.sample_level(uv, 0, shows_clear), shows_clear)
     }
 
-    /// Mean of texels whose colours are times their weight.
+    /// Mean of texels whose colours are multiplied by their weight.
     fn sample_level(&self, uv: Vec2, level: u32, shows_clear: bool) -> Vec4 {
         let size = image_level_size(self.size(), level).as_ivec2();
         let rgba = match level {
@@ -72,8 +73,9 @@ impl<'a> Image<'a> {
         top.lerp(bottom, part.y)
     }
 
-    /// Mean over what a sample sees: a parallelogram of the sides `right` and `down` \[uv\] around `uv`, by taps along the
-    /// longer side, each from the level whose texels are as large as its share ("Feline", 1999).
+    /// Mean over the footprint of a sample: a parallelogram of the sides `right` and `down` \[uv\] around
+    /// `uv`, by taps along the longer side, each from the mip level whose texels have the size of its share
+    /// ("Feline", 1999).
     pub fn sample_area(&self, uv: Vec2, right: Vec2, down: Vec2, shows_clear: bool) -> Sampled {
         let size = self.size().as_vec2();
         let lengths = [(right * size).length(), (down * size).length()];

@@ -3,6 +3,7 @@ use glam::{UVec2, Vec2};
 use gobo::{model::TILE_SIZE, records::GpuView};
 use std::ops::{Index, IndexMut};
 
+/// Texels of a tile.
 pub const TEXELS: usize = (TILE_SIZE * TILE_SIZE) as usize;
 
 /// One value per texel of a tile, row by row.
@@ -10,6 +11,7 @@ pub const TEXELS: usize = (TILE_SIZE * TILE_SIZE) as usize;
 pub struct TileTexels<T>(Vec<T>);
 
 impl<T: Clone> TileTexels<T> {
+    /// The same value for all texels.
     pub fn filled(value: T) -> Self {
         Self(vec![value; TEXELS])
     }
@@ -38,7 +40,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// `index` counts from the view's first tile.
+    /// `index`: counted from the view's first tile.
     pub fn new(view: &GpuView, index: u32) -> Self {
         let origin = UVec2::new(index % view.tiles_x, index / view.tiles_x) * TILE_SIZE;
         Self { origin, size: view.size.as_uvec2() }
@@ -49,7 +51,7 @@ impl Tile {
         self.texels_near(Vec2::ZERO, f32::INFINITY)
     }
 
-    /// As [`Self::texels`], those whose centres are at most `reach` from `center` along each axis, and
+    /// Like [`Self::texels`], for those whose centres are at most `reach` from `center` along each axis, and
     /// perhaps some next to them \[texels\].
     pub fn texels_near(
         &self,
@@ -58,7 +60,7 @@ impl Tile {
     ) -> impl Iterator<Item = (usize, Vec2)> + use<> {
         let edge = UVec2::splat(TILE_SIZE).min(self.size.saturating_sub(self.origin));
         let in_tile = center - self.origin.as_vec2();
-        // A number that is not one excludes nothing.
+        // A NaN excludes nothing.
         let first = (in_tile - reach - 1.0).max(Vec2::ZERO).as_uvec2();
         let last = in_tile + reach + 1.0;
         let end =

@@ -1,4 +1,4 @@
-//! `[[animate]]`: keys of the camera, of lights, shapes, meshes, materials and of the air.
+//! `[[animate]]`: keys of the camera, lights, shapes, meshes, materials and air.
 use super::{
     Scene, SceneError,
     document::{AnimateTable, Document},
@@ -22,7 +22,7 @@ mod find;
 
 use find::{find, no_value};
 
-/// A shape, a mesh, splats or strands of the scene file that keys may name.
+/// A shape, mesh, splats or strands of the scene file that keys may name.
 pub(super) struct Placed {
     /// One of [`PLACED`].
     pub kind: &'static str,
@@ -59,7 +59,7 @@ enum Target {
 
 /// Time after which a light that swings is no longer upright \[s\].
 const SOON: f64 = 1e-3;
-/// Kinds of what has a place.
+/// Kinds of tables that have a place in the scene.
 const PLACED: [&str; 4] = ["shape", "mesh", "splats", "strands"];
 const CAMERA: &[&str] = &["eye", "target", "up", "fov_y", "exposure"];
 const LIGHT: &[&str] = &["position", "direction", "color", "intensity", "angle"];
@@ -73,21 +73,21 @@ const AIR: &[&str] = &["scattering", "extinction"];
 struct Keyed {
     target: Target,
     track: Track,
-    /// Valid range of each number.
+    /// Valid range of each number of a key.
     range: RangeInclusive<f32>,
     /// World position of the scene's origin \[m\].
     origin: Vec3,
 }
 
 /// Format of a target's keys.
-struct Kind {
+struct KeyFormat {
     /// Numbers per key.
     count: usize,
     range: RangeInclusive<f32>,
 }
 
 impl Target {
-    fn kind(self, scene: &Scene) -> Kind {
+    fn kind(self, scene: &Scene) -> KeyFormat {
         let (count, range) = match self {
             Self::Eye | Self::LookAt | Self::Up | Self::Position(_) | Self::Direction(_) => {
                 (3, -FARTHEST..=FARTHEST)
@@ -104,7 +104,7 @@ impl Target {
             | Self::Metallic(_) => (1, 0.0..=1.0),
             Self::Scattering | Self::Extinction => (3, 0.0..=1e3),
         };
-        Kind { count, range }
+        KeyFormat { count, range }
     }
 }
 
@@ -133,7 +133,7 @@ impl Motion for Keyed {
                     }
                     LightKind::Point { .. } => {}
                 }
-                // One that swings through the vertical has there the frame in which it goes on.
+                // A light whose direction passes the vertical keeps the orientation that it has just after.
                 let soon = self.track.at(seconds + SOON).truncate();
                 let toward = if Source::is_upright(vector) { soon } else { vector };
                 if let Some(Source::Disc { direction, .. } | Source::Rect { direction, .. }) =
@@ -220,7 +220,7 @@ pub(super) fn animate(
             }
             _ => {
                 let target = find(&check, &parts, scene)?;
-                let Kind { count, range } = target.kind(scene);
+                let KeyFormat { count, range } = target.kind(scene);
                 let track = track(&check, count, &range)?;
                 scene.motions.push(Arc::new(Keyed { target, track, range, origin: Vec3::ZERO }));
             }
@@ -240,11 +240,11 @@ pub(super) fn animate(
     Ok(still)
 }
 
-/// Indices of shapes and meshes.
+/// Indices in a list of [`Placed`].
 #[derive(Default)]
 struct Names {
     named: HashMap<(&'static str, String), usize>,
-    /// Those of a kind, in order.
+    /// Indices of each kind, in order.
     numbered: HashMap<&'static str, Vec<usize>>,
 }
 
@@ -260,7 +260,7 @@ impl Names {
         names
     }
 
-    /// Of the one with a name, or else with a number.
+    /// Index of the entry with this name, or else with this number.
     fn find(&self, kind: &'static str, name: &str) -> Option<usize> {
         let by_number = || self.numbered.get(kind)?.get(name.parse::<usize>().ok()?);
         self.named.get(&(kind, name.to_owned())).or_else(by_number).copied()
@@ -322,7 +322,7 @@ fn track(
     let mut keys = Vec::with_capacity(values.len());
     for key in values {
         let key = match key.values[..] {
-            // A single number stands for all channels.
+            // A single number is that of all channels.
             [all] if count == 3 && *range.end() == 1e3 => vec![all; 3],
             _ => key.values.clone(),
         };

@@ -1,13 +1,13 @@
-//! What the tables of a scene and the heads of their files announce, summed up before anything is made of
-//! them: tables that are small enough each may be too much together.
+//! Sums of the counts that a scene's tables and the heads of its files announce, checked before anything is
+//! allocated: tables that are small one by one may be too large together.
 //!
-//! An invalid table or file announces nothing: it is refused when its turn comes.
+//! An invalid table or file announces nothing: it is refused when it is read.
 use super::{
     SceneError,
     document::{Document, ShapeTable, TextureSource, VolumeTable},
     gltf::{
         announced::{self, Announced},
-        file::File,
+        file::GltfFile,
     },
     images,
     limits::Limit,
@@ -23,7 +23,7 @@ use std::{
 };
 use toml::Spanned;
 
-/// What one key adds to a sum.
+/// Count that one key adds to a sum.
 struct Claim {
     table: Range<usize>,
     key: &'static str,
@@ -37,7 +37,7 @@ impl Claim {
 }
 
 impl Loader<'_> {
-    /// Checks that what all tables announce is within the limits.
+    /// Checks that the sums over all tables are within the limits.
     pub(super) fn check_announced(&self, document: &Document) -> Result<(), SceneError> {
         self.check_sum(Limit::Particles, &self.particles_announced(document))?;
         self.check_sum(Limit::Bricks, &self.bricks_announced(document))?;
@@ -66,7 +66,7 @@ impl Loader<'_> {
         for table in &document.mesh {
             let path = self.folder.join(&table.get_ref().file);
             let model = *known.entry(path).or_insert_with_key(|path| {
-                File::open(path).map(|file| announced::announced(&file)).unwrap_or_default()
+                GltfFile::open(path).map(|file| announced::announced(&file)).unwrap_or_default()
             });
             let part = |count| Claim::new(table.span(), "file", count);
             triangles.push(part(model.triangles));

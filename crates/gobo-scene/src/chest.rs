@@ -1,9 +1,9 @@
-//! A chest as a scanner would have it, in Hounsfield units: air is -1000, water 0, dense bone above 1000.
+//! A chest as a CT scanner records it, in Hounsfield units: air is -1000, water 0, dense bone above 1000.
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Value at a place: x and z of -1 to 1 in the box, y of 0 at its floor to 1; it faces +z. `lumps`: noise of about
-/// -0.5 to 1, by which tissue is uneven.
+/// Value at a place: x and z from -1 to 1 across the box, y from 0 at its floor to 1; the chest faces +z.
+/// `lumps`: noise of about -0.5 to 1 that makes tissue uneven.
 pub(super) fn hounsfield(place: Vec3, lumps: f32) -> f32 {
     let at = Vec3::new(place.x, place.y * 2.0 - 1.0, place.z);
     // Shoulders are narrower than the chest.
@@ -30,25 +30,25 @@ pub(super) fn hounsfield(place: Vec3, lumps: f32) -> f32 {
     value
 }
 
-/// From 0 to 1 about 0, over a width.
+/// Smooth step from 0 to 1 about `inside` = 0, over a width.
 fn step(inside: f32, width: f32) -> f32 {
     let t = (0.5 + inside / width).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// How far inside of an ellipsoid: 1 in its middle, 0 at its surface.
+/// Depth inside an ellipsoid: 1 at its centre, 0 at its surface.
 fn ball(at: Vec3, center: Vec3, radii: Vec3) -> f32 {
     1.0 - ((at - center) / radii).length()
 }
 
-/// How far inside of a segment of a radius.
+/// Depth inside a capsule around a segment: 1 on the segment, 0 at the radius.
 fn rod(at: Vec3, [from, to]: [Vec3; 2], radius: f32) -> f32 {
     let way = to - from;
     let t = ((at - from).dot(way) / way.length_squared()).clamp(0.0, 1.0);
     1.0 - (at - from - way * t).length() / radius
 }
 
-/// Vertebrae with their processes, and discs between them.
+/// Vertebrae with their processes, and the discs between them.
 fn spine(at: Vec3) -> f32 {
     const VERTEBRAE: f32 = 5.0;
     let phase = at.y * VERTEBRAE;
@@ -64,7 +64,7 @@ fn spine(at: Vec3) -> f32 {
     body.max(rod(at, back, 0.045)).max(aside(-1.0)).max(aside(1.0))
 }
 
-/// Ten pairs, each a ring that falls from the spine to the front.
+/// Ten pairs, each an arc that falls from the spine to the front.
 fn ribs(at: Vec3) -> f32 {
     let rib = |i: u8| {
         let share = f32::from(i) / 9.0;
@@ -73,7 +73,7 @@ fn ribs(at: Vec3) -> f32 {
         let ring = Vec2::new(at.x / 0.72, (at.z - 0.02) / 0.6) / narrow;
         let fall = at.y - height + 0.3 * (at.z + 0.55);
         let tube = Vec2::new((ring.length() - 1.0) * 0.65 / 0.045, fall / 0.055).length();
-        // The lowest end at the sides, the others at the breastbone.
+        // The lowest pairs end at the sides, the others at the breastbone.
         let end = if i < 2 { 0.1 } else { 0.57 };
         1.0 - tube
             - step(at.z - end, 0.1) * step(0.08 - at.x.abs() + if i < 2 { 9.0 } else { 0.0 }, 0.05)

@@ -1,4 +1,4 @@
-//! Generated volumes: clouds, plumes and explosions of noise, the same on every machine but for rounding.
+//! Generated volumes: clouds, plumes and explosions of noise, equal on all machines up to rounding.
 use super::{
     SceneError, chest::hounsfield, generate::Chance, keys::Keys, lattice_noise::LatticeNoise,
     look::Look,
@@ -15,17 +15,18 @@ use std::f32::consts::TAU;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum KindOfCloud {
-    /// Round heaps on a flat base, which boil slowly.
+    /// Round heaps on a flat base that boil slowly.
     Cloud,
     /// A column that rises, bends and widens.
     Plume,
     /// A ball that grows, rises and thins.
     Explosion,
-    /// A chest as a scanner has it, in Hounsfield units, which does not move.
+    /// A chest in Hounsfield units, as a CT scanner records it; it does not move.
     Chest,
 }
 
-/// A generated volume: densities of 0 to 1, or a scanner's values, in a box that stands on the origin of its own space.
+/// A generated volume: densities from 0 to 1, or a scanner's values, in a box that stands on the origin of
+/// its own space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cloud {
     pub kind: KindOfCloud,
@@ -34,11 +35,11 @@ pub struct Cloud {
     pub size: Vec3,
     /// Voxels along the longest edge of the box.
     pub voxels: u32,
-    /// How fast time passes; 0 for a still volume.
+    /// Speed of time; 0 for a still volume.
     pub speed: f32,
 }
 
-/// Fewest slices of voxels that share kept gradients.
+/// Fewest slices of voxels that share a cache of gradients.
 const SLICES: usize = 8;
 /// Octaves of noise.
 const OCTAVES: usize = 5;
@@ -70,7 +71,7 @@ impl Cloud {
         })
     }
 
-    /// Whether it is animated.
+    /// Whether the volume is animated.
     pub(super) fn moves(&self) -> bool {
         self.speed != 0.0 && self.kind != KindOfCloud::Chest
     }
@@ -81,14 +82,14 @@ impl Cloud {
         (edge, (self.size / edge).ceil().as_uvec3().clamp(UVec3::ONE, UVec3::splat(self.voxels)))
     }
 
-    /// Bricks that it has at most.
+    /// Upper bound of its bricks.
     pub(super) fn most_bricks(&self) -> u64 {
         let (_, count) = self.lattice();
-        // Those that begin below the first voxel, too.
+        // Bricks also begin below the first voxel.
         (count / BRICK_SIZE + 2).as_u64vec3().element_product()
     }
 
-    /// Its box as a brick in which nothing is.
+    /// Its box as a brick without voxels.
     pub(super) fn outline(&self) -> Brick {
         let (_, size) = self.lattice();
         Brick::new(IVec3::ZERO, Density::Constant { size, density: 0.0 })
@@ -107,7 +108,7 @@ impl Cloud {
         DAffine3 { matrix3, translation: -self.middle().as_dvec3() * edge }
     }
 
-    /// Its bricks at a time \[s\]. `kelvin`: the highest temperature, of what glows.
+    /// Its bricks at a time \[s\]. `kelvin`: the highest temperature of glowing volumes.
     pub(super) fn bricks(&self, seconds: f64, kelvin: Option<f32>, look: &Look) -> Vec<Brick> {
         let _phase = tracing::debug_span!("generate").entered();
         let (edge, count) = self.lattice();
@@ -117,11 +118,11 @@ impl Cloud {
         let point = |voxel: IVec3| (voxel.as_vec3() - middle) * edge;
         let half = self.size * Vec3::new(0.5, 1.0, 0.5);
         let [width, height, depth] = count.to_array();
-        let slice = |noise: &mut Noise, z: u32| -> Vec<f32> {
+        let slice = |noise: &mut CloudNoise, z: u32| -> Vec<f32> {
             let voxels = (0..width * height).map(|i| UVec3::new(i % width, i / width, z));
             let density = |voxel: UVec3| {
                 let at = point(voxel.as_ivec3());
-                // Nothing is cut off at the box.
+                // Density falls to 0 before the box's border, so that nothing is cut off.
                 let rim = ((half - at.abs()).min_element() * unit).min(at.y * unit);
                 let rim = if self.kind == KindOfCloud::Chest { 1.0 } else { smooth(rim / 0.08) };
                 field.density(noise, at / half, at * unit) * rim
@@ -142,7 +143,7 @@ impl Cloud {
         };
         let mut bricks = Brick::of_voxels(IVec3::ZERO, count.as_ivec3() - 1, density);
         if let Some(kelvin) = kelvin {
-            let heat = |noise: &mut Noise, brick: &mut Brick| {
+            let heat = |noise: &mut CloudNoise, brick: &mut Brick| {
                 let origin = brick.origin;
                 brick.temperature = Some(Voxels::new(|voxel| {
                     let at = point(origin + voxel.as_ivec3());
@@ -155,7 +156,7 @@ impl Cloud {
     }
 }
 
-/// From 0 to 1, without a step and without a bend.
+/// Smoothstep of `t`, clamped to 0 and 1.
 fn smooth(t: f32) -> f32 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
@@ -176,26 +177,26 @@ impl Field {
         let mut heap = |i: u8| {
             let radius = chance.within(0.26, 0.48);
             let away = Vec2::from_angle(chance.within(0.0, TAU)) * chance.unit().sqrt();
-            // The first is in the middle and the highest.
+            // The first heap is in the middle and the highest.
             let away = if i == 0 { Vec2::ZERO } else { away * (0.86 - radius) };
             let height = 0.74 - radius - away.length() * chance.within(0.5, 0.9);
             (Vec3::new(away.x, height.max(0.18), away.y), radius)
         };
         let heaps = (0..11).map(&mut heap).collect();
-        // Speeds up to 100 leave an hour before numbers lose their fractions.
+        // Speeds up to 100 leave an hour before `f32` loses the fractions.
         let time = time.clamp(-3.6e5, 3.6e5) as f32;
         Self { kind: cloud.kind, seed: pcg(cloud.seed), time, heaps }
     }
 
     /// Its noise, for one thread.
-    fn noise(&self) -> Noise {
+    fn noise(&self) -> CloudNoise {
         let age = match self.kind {
             KindOfCloud::Cloud => 0.1 * self.time,
             KindOfCloud::Plume => 0.3 * self.time,
             KindOfCloud::Explosion => 0.5 * self.age(),
             KindOfCloud::Chest => 0.0,
         };
-        Noise {
+        CloudNoise {
             octaves: std::array::from_fn(|i| {
                 let scale = (1 << i) as f32;
                 LatticeNoise::new(age * scale.sqrt(), pcg(self.seed ^ ((i as u32) << 24)))
@@ -209,9 +210,9 @@ impl Field {
         (self.time + 0.12).max(0.0)
     }
 
-    /// Density at a place, as a share of half the box (`part`) and of half its longest edge (`place`).
-    fn density(&self, noise: &mut Noise, part: Vec3, point: Vec3) -> f32 {
-        /// No sum of octaves reaches farther.
+    /// Density at a place, given in halves of the box (`part`) and in halves of its longest edge (`place`).
+    fn density(&self, noise: &mut CloudNoise, part: Vec3, point: Vec3) -> f32 {
+        /// No sum of octaves exceeds this.
         const MOST: f32 = 1.2;
         let time = self.time;
         match self.kind {
@@ -239,7 +240,7 @@ impl Field {
                     return 0.0;
                 }
                 let at = Vec3::new(point.x * 2.5, up, point.z * 2.5) * 1.6;
-                // The foot has no room for clefts.
+                // The foot is too narrow for clefts.
                 let depth = smooth(0.3 + 1.4 * high);
                 let body = 1.0 - away + depth * noise.billows(at);
                 let thin = 0.18 / (0.18 + high) * smooth((1.0 - high) / 0.25);
@@ -261,16 +262,16 @@ impl Field {
         }
     }
 
-    /// Temperature of an explosion as a share of the highest, at a place as for [`Self::density`]: hottest in the middle
-    /// and in clefts, it cools as it grows.
-    fn heat(&self, noise: &mut Noise, part: Vec3, point: Vec3) -> f32 {
+    /// Temperature of an explosion as a share of the highest, at a place as in [`Self::density`]: hottest in
+    /// the middle and in clefts; it falls as the explosion grows.
+    fn heat(&self, noise: &mut CloudNoise, part: Vec3, point: Vec3) -> f32 {
         let age = self.age();
         let (from, at) = self.blown(part, age);
         let clefts = noise.billows(at * 1.3 + point * 0.2);
         (1.0 - 0.35 * from.length() - 0.5 * clefts.max(0.0)).clamp(0.0, 1.0) / (1.0 + 0.8 * age)
     }
 
-    /// Place in an explosion as a share of its radius, and of its noise.
+    /// Place in an explosion: in its radii, and as an argument of its noise.
     fn blown(&self, part: Vec3, age: f32) -> (Vec3, Vec3) {
         let grown = 0.82 * (1.0 - (-2.2 * age).exp());
         let center = Vec3::new(0.0, 0.3 + 0.25 * (1.0 - (-0.7 * age).exp()), 0.0);
@@ -279,14 +280,14 @@ impl Field {
     }
 }
 
-/// The noise of a [`Field`]; what it keeps makes neighbours quick.
-struct Noise {
+/// The noise of a [`Field`], with cached gradients that make neighbours cheap.
+struct CloudNoise {
     octaves: [LatticeNoise; OCTAVES],
-    /// What bends a plume, along x and z.
+    /// Noise that bends a plume along x and z.
     wind: [LatticeNoise; 2],
 }
 
-impl Noise {
+impl CloudNoise {
     /// Sum of octaves with round lumps and narrow clefts, mostly from -0.5 to 1.
     fn billows(&mut self, at: Vec3) -> f32 {
         let mut sum = 0.0;

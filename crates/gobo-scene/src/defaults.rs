@@ -7,19 +7,19 @@ use super::{
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 use gobo::model::{ImageSun, Light, LightKind, Material, Source, SunDisc, Transfer};
 
-/// A scene without casters and lights; everything else has the defaults of a scene file.
+/// A scene without casters and lights; all else has the defaults of a scene file.
 pub fn empty_scene() -> Scene {
     Scene { camera: camera(&Bounds::EMPTY), ..Scene::default() }
 }
 
-/// A camera whose picture shows what the scene holds, `size` pixels large: that of a model or particle file that is
-/// rendered on its own.
+/// A camera that frames the scene's contents in a picture of `size` pixels: the camera of a model or particle
+/// file that is rendered on its own.
 pub fn usual_camera(scene: &Scene, size: UVec2) -> Camera {
     let usual = Camera { size, ..camera(&contents(scene)) };
     framed(usual, scene, false)
 }
 
-/// Settings of a file that is rendered on its own: its casters are tinted in the order of their depths.
+/// Settings of a file that is rendered on its own: casters are tinted by those nearer to the light.
 pub(super) const ALONE: &str = "[shadow]\nreceiver = \"curve\"\n";
 
 /// Material of a particle file that is rendered on its own.
@@ -32,7 +32,7 @@ tint = [0.35, 0.6, 0.9, 0.35]
 /// Volume of an `OpenVDB` file that is rendered on its own.
 pub(super) const VOLUME: &str = "[[volume]]\n";
 
-/// Material of a cloud of points that is rendered on its own: what is scanned is solid.
+/// Material of a point cloud that is rendered on its own: scanned surfaces are opaque.
 pub(super) const POINTS_MATERIAL: &str = r#"
 [[material]]
 name = "particles"
@@ -74,8 +74,8 @@ pub(super) fn sun_of_image(sun: &ImageSun) -> Light {
     }
 }
 
-/// Box around what is to be seen: of a scene of splats alone that of all centres but each thousandth at the sides,
-/// as captures have large and faint splats around them.
+/// Box around the visible contents. In a scene of splats alone it leaves out a thousandth of the centres at
+/// each side: captures are surrounded by large, faint splats.
 pub(super) fn contents(scene: &Scene) -> Bounds {
     let Scene { gaussians, particles, triangles, emissions, .. } = scene;
     if gaussians.is_empty()
@@ -93,7 +93,7 @@ pub(super) fn contents(scene: &Scene) -> Bounds {
         bounds.min[axis] = along[left_out];
         bounds.max[axis] = along[along.len() - 1 - left_out];
     }
-    // Of a few splats, or of a flat cloud, the splats themselves.
+    // With few splats, or a flat cloud, the box holds all splats.
     if (bounds.max - bounds.min).min_element() > 0.0 && left_out > 0 {
         bounds
     } else {
@@ -101,7 +101,7 @@ pub(super) fn contents(scene: &Scene) -> Bounds {
     }
 }
 
-/// Samples per pixel of a scene file that does not say.
+/// Samples per pixel unless the scene file sets them.
 pub(super) const SAMPLES: u32 = 4;
 
 /// A three-quarter view from slightly above that contains the whole box.
@@ -128,12 +128,12 @@ pub(super) fn eye(camera: &Camera, bounds: &Bounds) -> Vec3 {
     camera.target + Vec3::new(0.55, 0.45, 0.8).normalize() * distance
 }
 
-/// Share of the picture's width or height that the contents of a file alone fill.
+/// Share of the picture's width or height that the contents of a single file fill.
 const FILLED: f32 = 0.75;
 
-/// The camera of a file alone, placed so that its contents fill [`FILLED`] of the picture's width or height: seen from
-/// 25 degrees above, so that the horizon is out of sight, and what is flat from up to 40. `keeps_target`: the target stays where it is, which need not be the
-/// middle.
+/// The camera of a single file, moved so that its contents fill [`FILLED`] of the picture's width or height.
+/// It looks down 25 degrees, so that the horizon is out of sight, and up to 40 at flat contents.
+/// `keeps_target`: the target stays where it is, which need not be the middle.
 pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> Camera {
     let bounds = contents(scene).or_unit();
     let size = bounds.max - bounds.min;
@@ -149,7 +149,7 @@ pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> C
     }
     let slope = (camera.fov_y * 0.5).tan() * FILLED;
     let slopes = Vec2::new(slope * camera.size.x as f32 / camera.size.y as f32, slope);
-    // Distances at which all is within the right and upper, and within the left and lower border.
+    // Distances at which everything is inside the right and upper border, and inside the left and lower one.
     let (mut high, mut low) = (Vec2::NEG_INFINITY, Vec2::NEG_INFINITY);
     for_each_sphere(scene, &bounds, |center, radius| {
         let at = center - camera.target;
@@ -171,8 +171,8 @@ pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> C
     camera
 }
 
-/// Calls `visit` with spheres that hold what is to be seen: corners of triangles and particles, or else the corners
-/// of `bounds`.
+/// Calls `visit` with spheres that hold the visible contents: corners of triangles and particles, or else the
+/// corners of `bounds`.
 fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f32)) {
     let Scene { gaussians, particles, triangles, emissions, grids, .. } = scene;
     if particles.is_empty() && triangles.is_empty()
@@ -188,9 +188,9 @@ fn for_each_sphere(scene: &Scene, bounds: &Bounds, mut visit: impl FnMut(Vec3, f
 /// horizon.
 const GROUND: f32 = 100.0;
 
-/// Adds a grey floor, or one that catches shadows for an image around it, just under a bare model or particle file, to receive its shadow; none if it
-/// would hide the model from its own camera, or the model has a floor. It casts no shadow, so that shadow
-/// maps fit the model.
+/// Adds a grey floor just under a bare model or particle file to receive its shadow; under an environment
+/// image, one that only catches shadows. Adds none if it would hide the model from its own camera, or the
+/// model has a floor. The floor casts no shadow, so that shadow maps fit the model.
 pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>, catcher: bool) {
     let bounds = contents(scene);
     if bounds.is_empty() || has_floor(scene, &bounds) {
@@ -219,8 +219,8 @@ pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>, catcher: bo
     scene.triangles.extend(shapes::shape(KindOfShape::Plane, 0, transform, material, u32::MAX));
 }
 
-/// Whether opaque surfaces that face up in the lowest twentieth cover half of the area above: a room, or a
-/// model on a base. Flat scenes have none: all of them is low.
+/// Whether upward opaque surfaces in the lowest twentieth of the height cover half of the area: those of a
+/// room, or of a model on a base. A flat scene has no floor: all of it is low.
 fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
     let size = bounds.max - bounds.min;
     if size.y < 0.1 * size.max_element() {
@@ -241,8 +241,8 @@ fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
     covered > 0.0 && covered >= 0.5 * size.x * size.z
 }
 
-/// Turns the default light of a file: over the viewer's left shoulder, so low that the shadow falls into
-/// view beside its caster; as large as the sun.
+/// Turns the default light of a file: over the viewer's left shoulder, so low that the shadow falls into view
+/// beside its caster; as large as the sun.
 pub(super) fn aim_sun(light: &mut Light, camera: &Camera) {
     light.source = light.source.or(Some(Source::Sun { angle: SunDisc::USUAL_ANGLE }));
     let forward = camera.target - camera.eye;

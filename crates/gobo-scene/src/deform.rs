@@ -1,7 +1,7 @@
 //! Skins and morph targets of glTF meshes: deformation of triangles.
 use super::{
     SceneError,
-    gltf::{file::File, items::Items},
+    gltf::{file::GltfFile, items::Items},
     limits::{self, Limit},
     track::Track,
 };
@@ -12,30 +12,30 @@ use ::gltf::{
 use glam::{Mat3, Mat4, Vec3};
 use gobo::model::Triangle;
 
-/// Skin and morph targets of the triangles of one draw.
+/// Skin and morph targets of one draw's triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Deform {
-    targets: Vec<Target>,
+    targets: Vec<MorphTarget>,
     skin: Option<Skin>,
 }
 
 /// A morph target: offsets of each corner.
 #[derive(Clone, Debug, PartialEq)]
-struct Target {
+struct MorphTarget {
     /// Weight without a track.
     weight: f32,
     track: Option<Track>,
     positions: Vec<[Vec3; 3]>,
-    /// Offsets of normals: none, or as many.
+    /// Offsets of normals: none, or as many as of positions.
     normals: Vec<[Vec3; 3]>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct Skin {
-    /// Node and inverse bind matrix of each joint; the node is the file's, until [`Deform::find`] replaces
-    /// it by the rig's.
+    /// Node and inverse bind matrix of each joint. The node is numbered as in the file until [`Deform::find`]
+    /// numbers it as in the rig.
     joints: Vec<(usize, Mat4)>,
-    /// Sets of four joints that a corner has.
+    /// Sets of four joints per corner.
     sets: usize,
     /// All sets of the first triangle's corners, then of the next.
     bounds: Vec<Bound>,
@@ -45,15 +45,15 @@ struct Skin {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bound {
     joints: [u16; 4],
-    /// Weights, with the sum 1 over all sets of a corner, or 0 for one without joints.
+    /// Weights: their sum over all sets of a corner is 1, or 0 for a corner without joints.
     weights: [f32; 4],
 }
 
 impl Deform {
-    /// `kept`: vertices of the triangles that were made from the primitive. `tracks`: of the node's
-    /// weights. `morphed`: triangles and keys of all targets of the file so far.
+    /// `kept`: vertices of the triangles that the primitive became. `tracks`: of the node's weights.
+    /// `morphed`: triangles and keys of all targets of the file so far.
     pub(super) fn new(
-        file: &File,
+        file: &GltfFile,
         node: &gltf::Node<'_>,
         primitive: &gltf::Primitive<'_>,
         kept: &[[usize; 3]],
@@ -68,10 +68,10 @@ impl Deform {
         Ok((skin.is_some() || !targets.is_empty()).then_some(Self { targets, skin }))
     }
 
-    /// Replaces the file's nodes by the rig's; `number`: index in the rig of a node of the file.
+    /// Replaces the file's node numbers by the rig's; `number`: the rig's number of a node of the file.
     pub(super) fn find(
         &mut self,
-        file: &File,
+        file: &GltfFile,
         number: impl Fn(usize) -> Option<usize>,
     ) -> Result<(), SceneError> {
         for (joint, _) in self.skin.iter_mut().flat_map(|skin| &mut skin.joints) {
@@ -87,8 +87,8 @@ impl Deform {
         self.targets.iter().filter_map(|target| target.track.as_ref())
     }
 
-    /// Writes `local`, deformed at a time \[s\], to `target` in world space; `worlds`: transforms of the rig's
-    /// nodes.
+    /// Writes `local`, deformed at a time \[s\], to `target` in world space; `worlds`: transforms of the
+    /// rig's nodes.
     pub(super) fn put(
         &self,
         target: &mut [Triangle],
@@ -113,7 +113,7 @@ impl Deform {
         }
     }
 
-    /// Its weights and joints at a time \[s\]; see [`Self::put`].
+    /// Weights and joint transforms at a time \[s\]; see [`Self::put`].
     pub(super) fn pose(&self, worlds: &[Mat4], seconds: f64) -> Pose {
         let joints = self.skin.iter().flat_map(|skin| &skin.joints);
         Pose {
@@ -122,8 +122,8 @@ impl Deform {
         }
     }
 
-    /// World position of a corner: triangle and corner `at`; and the transform that took it there. `world`: of what has no
-    /// joints. A skinned mesh follows its joints, not its node.
+    /// World position of corner `c` of triangle `i`, and its transform to world space. `world`: transform of
+    /// corners without joints. A skinned mesh follows its joints, not its node.
     pub(super) fn corner(
         &self,
         pose: &Pose,
@@ -147,7 +147,7 @@ pub(super) struct Pose {
     joints: Vec<Mat4>,
 }
 
-impl Target {
+impl MorphTarget {
     fn at(&self, seconds: f64) -> f32 {
         self.track.as_ref().map_or(self.weight, |track| track.at(seconds).x)
     }
@@ -155,7 +155,7 @@ impl Target {
 
 impl Skin {
     fn new(
-        file: &File,
+        file: &GltfFile,
         skin: &gltf::Skin<'_>,
         primitive: &gltf::Primitive<'_>,
         kept: &[[usize; 3]],
@@ -231,7 +231,8 @@ impl Skin {
         Ok(Some(Self { joints, sets: sets.len(), bounds }))
     }
 
-    /// Transform of a corner. `joints`: transforms of the joints; `node`: of the mesh, for a corner without joints.
+    /// Transform of a corner. `joints`: transforms of the joints; `node`: of the mesh, for a corner without
+    /// joints.
     fn at(&self, corner: usize, joints: &[Mat4], node: Mat4) -> Mat4 {
         let bounds = &self.bounds[corner * self.sets..][..self.sets];
         if bounds.iter().all(|bound| bound.weights == [0.0; 4]) {
@@ -245,16 +246,16 @@ impl Skin {
 }
 
 fn targets(
-    file: &File,
+    file: &GltfFile,
     node: &gltf::Node<'_>,
     primitive: &gltf::Primitive<'_>,
     kept: &[[usize; 3]],
     tracks: &[Track],
     morphed: &mut u64,
-) -> Result<Vec<Target>, SceneError> {
+) -> Result<Vec<MorphTarget>, SceneError> {
     let of_mesh = node.mesh().and_then(|mesh| mesh.weights());
     let weights = node.weights().or(of_mesh).unwrap_or_default();
-    // Those without a weight take a step as well.
+    // Triangles without a weight count as well.
     let count = primitive.morph_targets().len() as u64;
     *morphed = Limit::Keys.grown_in(&file.path, *morphed, count)?;
     let mut targets = Vec::new();
@@ -268,7 +269,7 @@ fn targets(
         else {
             continue;
         };
-        // Each draw has its own copies of both.
+        // Each draw has its own copy of keys and offsets.
         let keys = track.as_ref().map_or(1, Track::key_count);
         *morphed = Limit::Keys.grown_in(&file.path, *morphed, (kept.len() + keys) as u64)?;
         let positions = deltas(file, &positions, kept)?;
@@ -276,13 +277,13 @@ fn targets(
             Some(normals) => deltas(file, &normals, kept)?,
             None => Vec::new(),
         };
-        targets.push(Target { weight, track, positions, normals });
+        targets.push(MorphTarget { weight, track, positions, normals });
     }
     Ok(targets)
 }
 
 fn deltas(
-    file: &File,
+    file: &GltfFile,
     accessor: &Accessor<'_>,
     kept: &[[usize; 3]],
 ) -> Result<Vec<[Vec3; 3]>, SceneError> {
@@ -304,7 +305,7 @@ fn deltas(
     kept.iter().map(|&[a, b, c]| Ok([delta(a)?, delta(b)?, delta(c)?])).collect()
 }
 
-fn items<'f>(file: &'f File, accessor: &Accessor<'_>) -> Result<Items<'f>, SceneError> {
+fn items<'f>(file: &'f GltfFile, accessor: &Accessor<'_>) -> Result<Items<'f>, SceneError> {
     file.check(accessor, accessor.size())?;
     file.items(accessor)
 }

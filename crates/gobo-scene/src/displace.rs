@@ -12,9 +12,9 @@ use std::{collections::HashMap, sync::Arc};
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Displace {
-    /// Largest change of the radius, 0 to 0.9: below 1, so that it never turns inside out.
+    /// Largest change of the radius, 0 to 0.9: below 1, so that the surface never turns inside out.
     pub amplitude: f32,
-    /// Lumps of the coarsest octave along a radius.
+    /// Lumps of the coarsest octave per radius.
     #[serde(default = "two")]
     pub frequency: f32,
     /// Speed at which lumps appear and vanish [1/s].
@@ -44,10 +44,11 @@ pub struct Displaced {
     pub material: u32,
 }
 
-/// Time within which its edges are looked for \[s\].
+/// Time span in which an endless motion is sampled \[s\].
 const CHANGED: f64 = 4.0;
 const OCTAVES: usize = 4;
-/// Amplitude of an octave over that of the one before: lumps rather than rock.
+/// Amplitude of an octave over that of the one before; low, so that the surface looks like lumps and not like
+/// rock.
 const ROUGHNESS: f32 = 0.36;
 /// About three standard deviations of the sum of octaves.
 const SPREAD: f32 = 0.75;
@@ -97,9 +98,9 @@ impl Displace {
         1.0 + self.amplitude * (sum / SPREAD).clamp(-1.0, 1.0)
     }
 
-    /// Displaces `triangles`, those of the unit sphere at its own origin, to world space.
+    /// Displaces `triangles` of the unit sphere, and takes them to world space.
     pub(super) fn apply(&self, triangles: &mut [Triangle], world_from_sphere: Mat4, seconds: f64) {
-        // Corners with equal bits are one, so that the body stays closed to the last bit.
+        // Corners with equal bits are one vertex, so that the body stays closed to the last bit.
         let mut indices: HashMap<[u32; 3], usize> = HashMap::new();
         let mut directions = Vec::new();
         let mut index_of = |corner: Vec3| {

@@ -1,4 +1,4 @@
-//! Tables of the scene file. What can be checked without the rest of the scene is.
+//! Tables of the scene file, checked as far as possible without the rest of the scene.
 use super::{
     SceneError,
     clouds::Cloud,
@@ -62,13 +62,13 @@ pub(super) struct CameraTable {
     pub exposure: f32,
     /// Samples per pixel.
     pub samples: u32,
-    /// How far right of and below its middle the axis meets the picture \[pixels\].
+    /// Offset right and down from the picture's middle to its axis \[pixels\].
     pub shift: Vec2,
     pub occlusion: Occlusion,
     /// Share of the light that spreads.
     pub bloom: f32,
     pub lens: Lens,
-    /// Share of the time between two frames.
+    /// Exposure time in frame intervals.
     pub shutter: f32,
     pub tone: Tone,
 }
@@ -86,7 +86,7 @@ pub(super) struct EnvironmentTable {
 
 #[derive(Clone, Debug)]
 pub(super) struct MaterialTable {
-    /// Without its texture.
+    /// The material without its texture.
     pub material: Material,
     /// Share of light that passes diffusely, and its colour.
     pub far_side: Option<(f32, Vec3)>,
@@ -99,6 +99,7 @@ pub(super) struct MaterialTable {
 pub(super) struct ParticlesTable {
     pub file: Option<PathBuf>,
     pub generate: Option<Generate>,
+    pub point_budget: Option<u64>,
     pub material: String,
 }
 
@@ -107,19 +108,20 @@ impl ParticlesTable {
         Ok(Self {
             file: keys.given("file")?,
             generate: keys.one("generate", Keys::all)?.map(Spanned::into_inner),
+            point_budget: keys.given("point_budget")?,
             material: keys.required("material")?,
         })
     }
 }
 
-/// Shadow of splats.
+/// Kind of shadow that splats cast.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Cast {
-    /// Of their opacity, as if they were black.
+    /// Shadow of the splats' opacity alone, as if they were black.
     #[default]
     Neutral,
-    /// Of their own colours.
+    /// Shadow tinted by the splats' own colours.
     Own,
     None,
 }
@@ -134,10 +136,10 @@ pub(super) enum Opacity {
 
 #[derive(Clone, Debug)]
 pub(super) struct SplatsTable {
-    /// Name for keys.
+    /// Name that animation keys refer to.
     pub name: Option<String>,
     pub file: Option<PathBuf>,
-    /// Level of detail of a file that has some; 0 is the finest.
+    /// Level of detail, in a file with several; 0 is the finest.
     pub lod: Option<u32>,
     pub generate: Option<Generate>,
     pub material: Option<String>,
@@ -174,15 +176,15 @@ impl SplatsTable {
 #[derive(Clone, Debug)]
 pub(super) struct EmitterTable {
     pub material: String,
-    /// Of its trail, if it has one of its own.
+    /// Material of the trail, if it is not the particles'.
     pub trail_material: Option<String>,
-    /// Without its materials and ids.
+    /// The emitter without materials and ids.
     pub emitter: Emitter,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct ShapeTable {
-    /// Name for keys.
+    /// Name that animation keys refer to.
     pub name: Option<String>,
     pub kind: KindOfShape,
     pub material: String,
@@ -215,11 +217,11 @@ impl ShapeTable {
 
 #[derive(Clone, Debug)]
 pub(super) struct MeshTable {
-    /// Name for keys.
+    /// Name that animation keys refer to.
     pub name: Option<String>,
     pub file: PathBuf,
     pub casts: bool,
-    /// Of its materials with alphaMode BLEND, if not the usual one.
+    /// Transfer of materials with alphaMode BLEND, if not the usual one.
     pub transfer: Option<Transfer>,
     /// Name of the materials' variant.
     pub variant: Option<String>,
@@ -239,14 +241,14 @@ impl MeshTable {
     }
 }
 
-/// What of a volume glows.
+/// Emission of a volume.
 #[derive(Clone, Debug)]
 pub(super) struct EmissionTable {
     /// Name of the grid of temperatures in the file.
     pub grid: Option<String>,
-    /// Temperature of a value of 1, or the highest of a generated volume \[K\].
+    /// Temperature of the value 1, or the highest of a generated volume \[K\].
     pub kelvin: Option<f32>,
-    /// Radiance of what is opaque and at 1500 K, in red.
+    /// Radiance of an opaque body at 1500 K, in red.
     pub factor: f32,
 }
 
@@ -271,18 +273,18 @@ pub(super) struct VolumeTable {
     pub grid: Option<String>,
     /// Optical depth of a metre of density 1 [1/m].
     pub factor: Option<f32>,
-    /// Extinction by channel, relative to `factor`.
+    /// Extinction per channel, relative to `factor`.
     pub color: Vec3,
-    /// Name of a grid of colours in the file, which multiply it.
+    /// Name of the grid of colours in the file that multiply it.
     pub color_grid: Option<String>,
     pub albedo: Vec3,
-    /// `g` of Henyey and Greenstein 1941.
+    /// Asymmetry `g` of Henyey and Greenstein 1941.
     pub anisotropy: f32,
     pub emission: Option<EmissionTable>,
     pub look: Look,
-    /// Share of the light that matter of a table of colours scatters which goes straight on.
+    /// Share of the scattered light that goes straight on, in volumes with a table of colours.
     pub ahead: f32,
-    /// Unit of the file \[m\], and its axis that is up, if the scene says so.
+    /// Unit of the file \[m\], and its upward axis, if the scene sets them.
     pub unit: Option<f64>,
     pub up: Option<Up>,
     pub casts: bool,
@@ -331,12 +333,12 @@ impl VolumeTable {
 /// Hair, fur, ribbons and trails.
 #[derive(Clone, Debug)]
 pub(super) struct StrandsTable {
-    /// Name for keys.
+    /// Name that animation keys refer to.
     pub name: Option<String>,
     pub file: Option<PathBuf>,
     pub generate: Option<Fur>,
     pub material: String,
-    /// Radius of a file without radii \[m\].
+    /// Radius of strands in a file without radii \[m\].
     pub radius: Option<f32>,
     pub placement: Placement,
 }
@@ -354,7 +356,7 @@ impl StrandsTable {
     }
 }
 
-/// Half of what is scattered colours shadows, half is seen.
+/// Half of the scattered light colours shadows, half is seen.
 const USUAL_AHEAD: f32 = 0.5;
 
 /// A unit of length \[m\].

@@ -1,4 +1,4 @@
-//! `[[emitter]]`: particles that are emitted, move and fade, and what they drag.
+//! `[[emitter]]`: emitted particles that move and fade, with their trails and fluids.
 use super::{
     Scene, SceneError,
     document::{EmitterTable, Numbers, Shades},
@@ -31,16 +31,16 @@ const MAX_FLOWN: u64 = 1 << 32;
 /// Most particle steps of samples of all emitters: a second or two.
 const MAX_SAMPLED: usize = 1 << 24;
 
-/// All emitters of a scene; their particles and trails come after all others.
+/// All emitters of a scene; their particles and trails follow all others.
 #[derive(Clone)]
 struct Emitters {
     first_particle: usize,
     first_strand: usize,
     emitters: Vec<Arc<Emitter>>,
-    /// Those that a device simulates.
+    /// Whether a device simulates each emitter.
     on_device: Vec<bool>,
-    /// States of each after the last frame, at the moments that it needs, from which the next one continues. They depend on
-    /// the time alone.
+    /// States of each emitter after the last frame, at the moments that it needs; the next frame continues
+    /// from them. They depend on the time alone.
     flocks: Arc<Mutex<Vec<Vec<Flock>>>>,
 }
 
@@ -52,7 +52,7 @@ impl fmt::Debug for Emitters {
 }
 
 impl Emitters {
-    /// Those that come after all that the scene has, on the CPU.
+    /// Emitters on the CPU; their particles and trails follow those of the scene.
     fn new(scene: &Scene, emitters: Vec<Arc<Emitter>>) -> Self {
         Self {
             first_particle: scene.particles.len(),
@@ -151,14 +151,15 @@ impl Motion for Emitters {
     }
 }
 
-/// Particle steps for a frame on its own, at time 0 or, without a fluid, at any time.
+/// Particle steps for a frame on its own: for one at time 0 or, without a fluid, at any time.
 fn flown(emitter: &Emitter) -> u64 {
     let (most, longest) = (emitter.forces.most(), emitter.forces.longest());
     let moments = u64::from(emitter.moments());
     let Some(fluid) = &emitter.fluid else {
         return (u64::from(most) * u64::from(longest)).saturating_mul(moments);
     };
-    // A fluid is simulated from its first step on. Of a particle's neighbours, twice as many as at rest, twice.
+    // A fluid is simulated from its first step on. Each step visits a particle's neighbours twice, and there
+    // may be twice as many as at rest.
     let past = (-emitter.start * STEPS_PER_SECOND).max(0.0);
     let pairs = 4.0 * f64::from(fluid.reach / fluid.spacing).powi(3);
     ((f64::from(most) * past.max(f64::from(longest)) * pairs.max(1.0)) as u64)
@@ -166,7 +167,7 @@ fn flown(emitter: &Emitter) -> u64 {
 }
 
 impl Loader<'_> {
-    /// Loads the emitters, whose particles and trails come after all others.
+    /// Loads the emitters; their particles and trails follow all others.
     pub(super) fn emitters(&mut self, tables: &[Spanned<EmitterTable>]) -> Result<(), SceneError> {
         if tables.is_empty() {
             return Ok(());
@@ -195,7 +196,7 @@ impl Loader<'_> {
             let vertices = emitter.most_vertices() as usize;
             self.check_limit(Limit::Capsules, have_vertices, vertices, (&table.span(), "trail"))?;
             have_vertices += vertices;
-            // A particle with a step, twice while it flies.
+            // A particle and its step, twice while it flies.
             let states = 2 * size_of::<(EmittedParticle, u32)>() * most as usize;
             bytes += states * emitter.moments() as usize + vertices * size_of::<StrandVertex>();
             self.next_id = self.next_id.wrapping_add(1 << 24);
@@ -216,7 +217,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Asks for the memory of the most particles that are alive at a time, and so many bytes of emitters' own.
+    /// Requests memory for at most `most` live particles and for `bytes` of the emitters' own.
     fn ask_for(&mut self, most: usize, bytes: u64) -> Result<(), SceneError> {
         let path = self.source.path();
         limits::reserve(&mut self.scene.particles, most, "particles", path)?;
@@ -288,7 +289,7 @@ pub(super) fn table(keys: &Keys<'_>) -> Result<EmitterTable, SceneError> {
     Ok(EmitterTable { material, trail_material, emitter })
 }
 
-/// What moves the particles. `start`: of the emitter \[s\].
+/// Forces on the particles. `start`: of the emitter \[s\].
 fn forces(
     keys: &Keys<'_>,
     boxes: Vec<Spanned<[Vec3; 2]>>,
@@ -354,8 +355,8 @@ fn trail(keys: &Keys<'_>) -> Result<(Trail, Option<String>), SceneError> {
 fn fluid(keys: &Keys<'_>) -> Result<Fluid, SceneError> {
     let spacing = keys.need("spacing", keys.number("spacing", 1e-3..=1e3, "0.001 to 1000")?)?;
     let reach = keys.within("reach", 2.0 * spacing, spacing..=4.0 * spacing)?;
-    // Limits for stable steps of 1/60 s: sound travels a fraction of the reach, and drag halves the
-    // difference of two particles' velocities.
+    // Limits that keep steps of 1/60 s stable: sound travels a fraction of the reach, and drag at most halves
+    // the velocity difference of two particles.
     let (fastest, thickest) = ((24.0 * reach).powi(2), 2.0 * reach * reach);
     Ok(Fluid {
         spacing,

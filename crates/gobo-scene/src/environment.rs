@@ -103,7 +103,7 @@ fn light(keys: &Keys<'_>, key: &'static str) -> Result<Option<Vec3>, SceneError>
     Err(keys.fault(key, message, "light is finite and not negative"))
 }
 
-/// Largest light of a texel, far beyond the sun's.
+/// Largest radiance of a texel, far above the sun's.
 const BRIGHTEST: f32 = 1e9;
 
 type Image = (UVec2, Vec<[f32; 3]>);
@@ -115,7 +115,7 @@ const EXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 fn decode(bytes: &[u8]) -> Result<Image, (String, String)> {
     let help = || format!("use a Radiance .hdr or an OpenEXR of at most {MAX_SIDE} texels a side");
     if bytes.starts_with(&EXR) {
-        // Its decoder may panic at damaged files.
+        // Its decoder may panic on damaged files.
         let read = catch_unwind(|| {
             let decoder = OpenExrDecoder::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
             texels(decoder)
@@ -134,12 +134,12 @@ fn texels(decoder: impl ImageDecoder) -> Result<Image, String> {
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
         return Err(format!("the image has {width} x {height} texels"));
     }
-    // As it is decoded, and as it is kept.
+    // The decoded image and the copy that is kept.
     if !limits::has_memory(28 * u64::from(width) * u64::from(height)) {
         return Err(format!("no memory for {width} x {height} texels"));
     }
     let image = image::DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?;
-    // Negative light, which renderers write, and what is no number are none.
+    // Negative radiance, which renderers write, and NaN become 0.
     let light = |c: f32| if c > 0.0 { c.min(BRIGHTEST) } else { 0.0 };
     let texels = image.into_rgb32f().pixels().map(|pixel| pixel.0.map(light)).collect();
     Ok((UVec2::new(width, height), texels))

@@ -5,6 +5,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
+/// A problem and its remedy, of a reader that knows no path.
+pub(crate) type Fault = (String, &'static str);
+
 /// Error of loading a scene.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -84,7 +87,8 @@ impl SceneError {
 /// Longest excerpt of a line \[characters\].
 const EXCERPT: usize = 96;
 
-/// Excerpt around `length` characters behind the first `before` of a line, and their range in it.
+/// Excerpt around the `length` characters that follow the first `before` of a line, and their range in the
+/// excerpt.
 fn excerpt(line: &str, before: usize, length: usize) -> (String, Range<usize>) {
     let skipped = before.saturating_sub(EXCERPT / 2);
     let strange = |c| if is_strange(c) { '\u{fffd}' } else { c };
@@ -94,7 +98,7 @@ fn excerpt(line: &str, before: usize, length: usize) -> (String, Range<usize>) {
     (text.trim_end().to_owned(), start..end)
 }
 
-/// Longest name that a message shows whole \[characters\].
+/// Longest name that a message quotes in full \[characters\].
 const NAME: usize = 60;
 /// Longest message \[characters\].
 const MESSAGE: usize = 700;

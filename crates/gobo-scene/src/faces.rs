@@ -3,11 +3,11 @@ use super::particles::FARTHEST;
 use glam::{Vec2, Vec3};
 use gobo::model::{Material, Skipped, Texture, Triangle, VertexColor};
 
-/// Normals of a vertex are smooth on faces that are turned by less than this against the mean of those around it: the
-/// edges of a cube stay sharp [cosine of 45 degrees].
+/// Vertex normals are smooth on faces that are turned by less than this from the mean of the faces around the
+/// vertex: the edges of a cube stay sharp [cosine of 45 degrees].
 const SMOOTH: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
-/// Faces of a file, with what is on them.
+/// Faces of a file and their vertex attributes.
 #[derive(Debug, Default)]
 pub(super) struct Surface {
     pub(super) vertices: Vertices,
@@ -25,7 +25,7 @@ pub(super) struct Vertices {
     /// Empty if the file has none.
     pub(super) normals: Vec<Vec3>,
     pub(super) uvs: Vec<Vec2>,
-    /// Of each position, or empty.
+    /// Colour of each position, or empty.
     pub(super) colors: Vec<VertexColor>,
 }
 
@@ -40,7 +40,7 @@ pub(super) struct Face {
 }
 
 impl Vertices {
-    /// The faces as triangles, in the file's space; those that are none are counted.
+    /// The faces as triangles, in the file's space; degenerate ones are counted.
     pub(super) fn triangles(&self, faces: &[Face], skipped: &mut Skipped) -> Vec<Triangle> {
         let smooth = if self.normals.is_empty() { self.smooth_normals(faces) } else { Vec::new() };
         let mut triangles = Vec::with_capacity(faces.len());
@@ -53,7 +53,8 @@ impl Vertices {
         triangles
     }
 
-    /// Means of the normals of the faces around each vertex, by their angles there (Thuermer and Wuethrich 1998).
+    /// Mean normals of the faces around each vertex, weighted by their angles there (Thuermer and Wuethrich
+    /// 1998).
     fn smooth_normals(&self, faces: &[Face]) -> Vec<Vec3> {
         let mut sums = vec![Vec3::ZERO; self.positions.len()];
         for face in faces {
@@ -106,7 +107,7 @@ fn normal(corners: [Vec3; 3]) -> Option<Vec3> {
 mod tests {
     use super::*;
 
-    /// A box has sharp edges, a finely cut cylinder none.
+    /// A box has sharp edges, a finely divided cylinder none.
     #[test]
     fn only_flat_edges_are_smooth() {
         let square = |corners: [usize; 4]| {
@@ -125,7 +126,7 @@ mod tests {
                 triangle.normals.iter().all(|n| *n == triangle.normals[0])
                     && axis.max_element() > 0.999
             );
-            // Outwards.
+            // Normals point outwards.
             assert!(triangle.normals[0].dot(triangle.positions[0] - Vec3::splat(0.5)) > 0.0);
         }
         let ring = |i: usize| {

@@ -1,5 +1,5 @@
-//! What light passes diffusely, such as leaves and lampshades: the triangles that are seen cast no shadow, and hidden ones in
-//! their place filter.
+//! Surfaces that transmit light diffusely, such as leaves and lampshades: the visible triangles cast no
+//! shadow, and invisible filters in their place do.
 use super::{
     Scene, SceneError,
     limits::{self, Limit},
@@ -8,9 +8,9 @@ use glam::Vec3;
 use gobo::model::{Material, Motion, Transfer, Triangle, VertexColor};
 use std::{path::Path, sync::Arc};
 
-/// The material of the light that passes: a gel of the seen one's coverage, behind which that light falls where the straight
-/// ray does. `passes`: share of light, per channel, and `lacks`, without textures, what the near side does not scatter for it;
-/// `index`: of the new material. The seen one casts no more.
+/// Material that filters the transmitted light: a gel with the visible material's coverage. The light falls
+/// where the straight ray does. `passes`: transmitted share per channel; `lacks`: share that the near side,
+/// without textures, no longer scatters; `index`: of the new material. The visible material stops casting.
 pub(super) fn far_side(seen: &mut Material, index: u32, lacks: f32, passes: Vec3) -> Material {
     let casts = std::mem::replace(&mut seen.casts, false);
     let alpha = match seen.transfer {
@@ -31,7 +31,7 @@ pub(super) fn far_side(seen: &mut Material, index: u32, lacks: f32, passes: Vec3
     }
 }
 
-/// Adds the triangles that filter to a scene that is placed, for all frames.
+/// Adds filter triangles to a placed scene, for all frames.
 pub(super) fn add_filters(scene: &mut Scene, path: &Path) -> Result<(), SceneError> {
     let Scene { triangles, materials, motions, .. } = scene;
     if let Some(filters) = Filters::add(triangles, materials, path)?
@@ -42,17 +42,17 @@ pub(super) fn add_filters(scene: &mut Scene, path: &Path) -> Result<(), SceneErr
     Ok(())
 }
 
-/// Triangles that filter in the place of those that are seen.
+/// Filter triangles in the place of visible ones.
 #[derive(Clone, Debug)]
 pub(super) struct Filters {
-    /// The first of them, behind all others.
+    /// Index of the first, after all other triangles.
     first: usize,
-    /// Those that are seen.
+    /// Indices of the visible triangles.
     seen: Vec<u32>,
 }
 
 impl Filters {
-    /// Adds them to all triangles, if some are needed.
+    /// Appends the filters to all triangles, if any are needed.
     pub(super) fn add(
         triangles: &mut Vec<Triangle>,
         materials: &[Material],
@@ -78,7 +78,7 @@ impl Filters {
             let mut triangle = triangles[index as usize];
             let far = materials[triangle.material as usize].far_side;
             triangle.material = far.unwrap_or(triangle.material);
-            // Of a corner's colour the alpha covers; the rest is that of the near side.
+            // A corner's alpha is coverage; its colour is that of the near side.
             let covers = |VertexColor([.., alpha])| VertexColor([255, 255, 255, alpha]);
             triangle.colors = triangle.colors.map(covers);
             triangles.push(triangle);

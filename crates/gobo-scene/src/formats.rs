@@ -1,10 +1,10 @@
-//! Kinds of files that are read: a row each.
+//! File formats that are read: a row each.
 use super::{
     SceneError, models, particles, points, read, splat_file, splats, volume_file::VolumeFile,
 };
 use std::path::Path;
 
-/// What files of a kind are read as.
+/// Contents of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -15,15 +15,15 @@ pub enum Family {
     Model,
     /// Particles or strands, a row each.
     Particles,
-    /// A cloud of points, as discs.
+    /// A point cloud, as discs.
     Points,
     /// Anisotropic Gaussians.
     Splats,
     /// Voxels.
     Volume,
-    /// The image of a material.
+    /// A material's texture.
     Texture,
-    /// The image all around a scene.
+    /// An environment image.
     Surroundings,
 }
 
@@ -42,25 +42,25 @@ impl Family {
         }
     }
 
-    /// Whether such a file alone is a scene.
+    /// Whether such a file alone makes a scene.
     pub const fn is_alone(self) -> bool {
         !matches!(self, Self::Texture | Self::Surroundings)
     }
 }
 
-/// A kind of files.
+/// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Format {
-    /// Name for people.
+    /// Name for users.
     pub name: &'static str,
-    /// Endings of names, without a dot.
+    /// Endings of file names, without a dot.
     pub endings: &'static [&'static str],
-    /// What it is read as.
+    /// Contents that the file is read as.
     pub family: Family,
-    /// How it is recognised.
+    /// Feature that identifies the format.
     pub known_by: &'static str,
-    /// What of it is read.
+    /// Parts of the file that are read.
     pub read: &'static str,
 }
 
@@ -74,12 +74,12 @@ const fn row(
     Format { name, endings, family, known_by, read }
 }
 
-/// By its name alone.
+/// Identified by the name alone.
 const NAME: &str = "name";
-/// By its first bytes.
+/// Identified by the first bytes.
 const START: &str = "first bytes";
 
-/// All kinds, families together.
+/// All formats, grouped by family.
 pub const FORMATS: &[Format] = &[
     row(Family::Scene, "TOML", &["toml"], NAME, "tables of docs/scene.md"),
     row(
@@ -120,24 +120,24 @@ pub const FORMATS: &[Format] = &[
         "PLY of 3D Gaussian splatting",
         &["ply"],
         "columns",
-        "base colours; no harmonics",
+        "base colours; `relight` keeps harmonics",
     ),
     row(
         Family::Splats,
         "compressed PLY",
         &["compressed.ply"],
         "columns",
-        "base colours; no harmonics",
+        "base colours; `relight` keeps harmonics",
     ),
     row(Family::Splats, "splat", &["splat"], "numbers of its records", "all"),
     row(Family::Splats, "ksplat 0.1", &["ksplat"], "its headers", "base colours; no harmonics"),
-    row(Family::Splats, "SPZ 1 to 4", &["spz"], START, "base colours; no harmonics"),
+    row(Family::Splats, "SPZ 1 to 4", &["spz"], START, "base colours; `relight` keeps harmonics"),
     row(
         Family::Splats,
         "SOG 2",
         &["sog", "meta.json"],
         "zip, or keys",
-        "base colours; no harmonics",
+        "base colours; `relight` keeps harmonics",
     ),
     row(Family::Splats, "streamed SOG 1", &["lod-meta.json"], "keys", "one level of detail"),
     row(
@@ -175,7 +175,7 @@ pub const FORMATS: &[Format] = &[
     ),
 ];
 
-/// A kind that is not read, its endings, its first bytes, and the way from it to one that is.
+/// A format that is not read: its endings, first bytes, and how to convert it.
 struct Foreign {
     name: &'static str,
     endings: &'static [&'static str],
@@ -202,7 +202,7 @@ fn ending(path: &Path) -> String {
     path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase()
 }
 
-/// Refuses kinds that are known and not read, by name.
+/// Refuses formats that are known but not read, by name.
 pub(super) fn refuse_foreign(path: &Path) -> Result<(), SceneError> {
     let ending = ending(path);
     let head = read::head(path, 64).map(|(head, _)| head).unwrap_or_default();
@@ -214,7 +214,7 @@ pub(super) fn refuse_foreign(path: &Path) -> Result<(), SceneError> {
     Err(SceneError::invalid(path, format!("is {name}, which gobo does not read"), help))
 }
 
-/// The error of a file that is none of the kinds.
+/// The error of a file of unknown format.
 pub(super) fn unknown(path: &Path) -> SceneError {
     if let Err(error) = refuse_foreign(path) {
         return error;
@@ -235,37 +235,37 @@ pub(super) fn unknown(path: &Path) -> SceneError {
     SceneError::invalid(path, message, &help)
 }
 
-/// Kind of a file, or of a folder of splats; `None` if it is none, or cannot be read.
+/// Format of a file, or of a folder of splats; `None` if it is unknown, or the file cannot be read.
 pub fn format_of(path: &Path) -> Option<&'static Format> {
     let named = |name: &str| FORMATS.iter().find(|format| format.name == name);
     if let Some(kind) = splat_file::kind_of_file(path) {
         return named(match kind {
-            splats::Kind::Ply => "PLY of 3D Gaussian splatting",
-            splats::Kind::Packed => "compressed PLY",
-            splats::Kind::Bare => "splat",
-            splats::Kind::Ksplat => "ksplat 0.1",
-            splats::Kind::Spz => "SPZ 1 to 4",
-            splats::Kind::Sog | splats::Kind::SogFolder => "SOG 2",
-            splats::Kind::SogLevels => "streamed SOG 1",
+            splats::SplatKind::Ply => "PLY of 3D Gaussian splatting",
+            splats::SplatKind::Packed => "compressed PLY",
+            splats::SplatKind::Bare => "splat",
+            splats::SplatKind::Ksplat => "ksplat 0.1",
+            splats::SplatKind::Spz => "SPZ 1 to 4",
+            splats::SplatKind::Sog | splats::SplatKind::SogFolder => "SOG 2",
+            splats::SplatKind::SogLevels => "streamed SOG 1",
         });
     }
     if let Some(kind) = points::kind_of_file(path) {
         return named(match kind {
-            points::Kind::Las => {
+            points::PointsKind::Las => {
                 if ending(path) == "laz" {
                     "LAZ"
                 } else {
                     "LAS 1.0 to 1.4"
                 }
             }
-            points::Kind::Pcd => "PCD 0.7",
-            points::Kind::E57 => "E57",
+            points::PointsKind::Pcd => "PCD 0.7",
+            points::PointsKind::E57 => "E57",
         });
     }
     if let Some(kind) = models::kind_of_file(path) {
         return named(match kind {
-            models::Kind::Ply => "PLY with faces",
-            models::Kind::Obj => "OBJ",
+            models::ModelKind::Ply => "PLY with faces",
+            models::ModelKind::Obj => "OBJ",
         });
     }
     if let Some(endings) = VolumeFile::endings_of(path) {
@@ -273,12 +273,12 @@ pub fn format_of(path: &Path) -> Option<&'static Format> {
     }
     let ending = ending(path);
     let is_named = |format: &&Format| format.endings.contains(&ending.as_str());
-    // A PLY with neither has a row a particle.
+    // A PLY with neither faces nor splats holds a particle per row.
     let is_ply = |format: &&Format| ending != "ply" || format.family == Family::Particles;
     FORMATS.iter().filter(is_ply).find(is_named)
 }
 
-/// What the head of a file says of its contents: names and values.
+/// Contents by the file's head: names and values.
 pub fn facts(path: &Path) -> Vec<(&'static str, String)> {
     let Some(format) = format_of(path) else { return Vec::new() };
     match format.family {

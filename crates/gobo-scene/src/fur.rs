@@ -1,4 +1,5 @@
-//! Generated fur: strands that grow from the triangles of a shape or mesh, the same on every machine but for rounding.
+//! Generated fur: strands that grow from the triangles of a shape or mesh, equal on all machines up to
+//! rounding.
 use super::{
     SceneError,
     generate::Chance,
@@ -26,24 +27,24 @@ pub(super) struct Fur {
     pub seed: u32,
     /// Mean length \[m\]; strands differ by a quarter of it.
     pub length: f32,
-    /// At the root; the tip has none \[m\].
+    /// Radius at the root; 0 at the tip \[m\].
     pub radius: f32,
-    /// Turns of a strand around its way.
+    /// Turns of a strand around its axis.
     pub curl: f32,
     /// Radius of these turns at the tip \[m\].
     pub curl_radius: f32,
-    /// How much tips are drawn to the nearest of some guides.
+    /// Strength with which tips are drawn to the nearest guide.
     pub clump: f32,
-    /// Added to the normal at the root, which has length 1: the direction of combing.
+    /// Direction of combing, added to the unit normal at the root.
     pub comb: Vec3,
-    /// How far the tip sinks, in lengths.
+    /// Sinking of the tip, in lengths.
     pub droop: f32,
-    /// Linear rgba.
+    /// Colour at the root, linear rgba.
     pub root: Vec4,
     pub tip: Vec4,
 }
 
-/// Strands for each guide of a clump.
+/// Strands per guide of a clump.
 const CLUMP: usize = 40;
 
 impl Fur {
@@ -80,7 +81,7 @@ impl Fur {
         })
     }
 
-    /// Capsules that it has.
+    /// Number of its capsules.
     pub(super) fn capsules(&self) -> u64 {
         u64::from(self.count) * u64::from(self.segments)
     }
@@ -127,7 +128,7 @@ impl Fur {
 /// One hair before it is drawn to a guide.
 struct Hair {
     root: Vec3,
-    /// Unit vector.
+    /// Direction, a unit vector.
     way: Vec3,
     length: f32,
     /// Start of its curl \[radians\].
@@ -137,7 +138,7 @@ struct Hair {
 }
 
 impl Hair {
-    /// `areas`: sums of the triangles' areas up to each.
+    /// `areas`: prefix sums of the triangles' areas.
     fn new(fur: &Fur, triangles: &[Triangle], areas: &[f64], chance: &mut Chance) -> Self {
         let [area_share, u, v] = [(); 3].map(|()| chance.unit());
         let [length, turn, shade] = [(); 3].map(|()| chance.unit());
@@ -157,12 +158,12 @@ impl Hair {
         }
     }
 
-    /// Its place at a share of its length.
+    /// Its point at a share of its length.
     fn at(&self, fur: &Fur, t: f32) -> Vec3 {
         let aside = self.way.any_orthonormal_vector();
         let turned = Quat::from_axis_angle(self.way, self.turn + fur.curl * TAU * t) * aside;
         let start = Quat::from_axis_angle(self.way, self.turn) * aside;
-        // It leaves the root along its way.
+        // It leaves the root in its direction.
         let curl = (turned - start) * (fur.curl_radius * t);
         self.root + self.way * (self.length * t) + curl
             - Vec3::Y * (fur.droop * self.length * t * t)

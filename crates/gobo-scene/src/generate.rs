@@ -1,4 +1,4 @@
-//! Seeded particles, identical on every machine.
+//! Seeded particles, identical on all machines.
 use super::{Bounds, numbers::array, share::Share};
 use glam::{Vec3, Vec4};
 use gobo::model::Particle;
@@ -81,7 +81,7 @@ impl Chance {
         Self(seed)
     }
 
-    /// Leaves out so many numbers.
+    /// Skips `count` numbers.
     pub fn skip(&mut self, count: u64) {
         self.0 = self.0.wrapping_add(Self::STEP.wrapping_mul(count));
     }
@@ -134,7 +134,7 @@ impl Generate {
         }
     }
 
-    /// Parameters that must be finite, with names, and whether each must be above 0 as well.
+    /// Parameters that must be finite, with their names, and whether each must also be above 0.
     pub(super) fn numbers(&self) -> Vec<(&'static str, f32, bool)> {
         let all = |name, values: [f32; 3]| values.map(|value| (name, value, false)).to_vec();
         match *self {
@@ -153,7 +153,7 @@ impl Generate {
         }
     }
 
-    /// Particles of a share, or all of them: at most so many.
+    /// Upper bound of the particles in a share, or of all.
     pub(super) fn count_of(&self, share: Option<Share>) -> u64 {
         let all = u64::from(self.count());
         share.map_or(all, |share| share.ranges(all).map(|range| range.end - range.start).sum())
@@ -181,7 +181,7 @@ impl Generate {
         }
     }
 
-    /// Random numbers that a particle takes.
+    /// Random numbers per particle.
     fn draws(&self) -> u64 {
         match self {
             Self::Smoke { .. } => 10,
@@ -190,7 +190,7 @@ impl Generate {
         }
     }
 
-    /// Generates the particles of these numbers, with ids from `first_id` for number 0.
+    /// Generates the particles with these numbers; number 0 has id `first_id`.
     pub fn particles(
         &self,
         numbers: Range<u64>,

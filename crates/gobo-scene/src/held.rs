@@ -1,4 +1,4 @@
-//! Files that a host holds itself, and not the file system: a browser's, or those of an archive.
+//! Files that a host holds in place of the file system: a browser's, or those of an archive.
 use std::{
     collections::HashMap,
     fmt, io,
@@ -25,7 +25,7 @@ impl fmt::Debug for HeldFile {
 }
 
 impl HeldFile {
-    /// A file of `length` bytes. `read` returns those of a range within it.
+    /// A file of `length` bytes; `read` returns the bytes of a range.
     pub fn new(
         length: u64,
         read: impl Fn(Range<u64>) -> io::Result<Vec<u8>> + Send + Sync + 'static,
@@ -45,7 +45,7 @@ impl HeldFile {
         self.length
     }
 
-    /// Its first bytes, at most so many.
+    /// Its first bytes, at most `most`.
     pub(super) fn first(&self, most: u64) -> io::Result<Vec<u8>> {
         let wanted = self.length.min(most);
         let bytes = (self.read)(0..wanted)?;
@@ -55,18 +55,18 @@ impl HeldFile {
 }
 
 /// Files by path.
-type Table = HashMap<PathBuf, HeldFile>;
+type FilesByPath = HashMap<PathBuf, HeldFile>;
 
-static TABLE: RwLock<Option<Table>> = RwLock::new(None);
+static TABLE: RwLock<Option<FilesByPath>> = RwLock::new(None);
 
-/// Files that are read instead of those of the file system; see [`hold_files`].
+/// Files that are read in place of the file system's; see [`hold_files`].
 #[derive(Debug)]
 pub struct HeldFiles {
     paths: Vec<PathBuf>,
 }
 
-/// Has `files` read where a path names one of them, by every reader of this process until the result is dropped. The
-/// files that a scene names lie beside it: `smoke.ply` of `hall/scene.toml` is `hall/smoke.ply`.
+/// Makes every reader of this process use `files` for the paths that name them, until the result is dropped.
+/// The files that a scene names lie beside it: `smoke.ply` of `hall/scene.toml` is `hall/smoke.ply`.
 pub fn hold_files(files: impl IntoIterator<Item = (PathBuf, HeldFile)>) -> HeldFiles {
     let mut table = TABLE.write().unwrap_or_else(PoisonError::into_inner);
     let table = table.get_or_insert_default();
@@ -93,7 +93,7 @@ pub(super) fn held(path: &Path) -> Option<HeldFile> {
     table.as_ref().filter(|table| !table.is_empty())?.get(&plain(path)).cloned()
 }
 
-/// The path without `.` and, where they climb out of a named folder, `..`.
+/// The path without `.` and, unless they leave a named folder, without `..`.
 fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for component in path.components() {

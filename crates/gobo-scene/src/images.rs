@@ -12,9 +12,10 @@ use std::{
 };
 
 /// The problem and the remedy.
-pub(super) type Fault = (String, String);
+pub(super) type ImageFault = (String, String);
 
-/// Width and height of an image \[texels\], from its head; `None` if it is none, or has a side past `most`.
+/// Width and height of an image \[texels\], from its head; `None` if it is no image, or has a side longer
+/// than `most`.
 pub(super) fn size(bytes: &[u8], most: u32) -> Option<[u32; 2]> {
     if ktx2::is_container(bytes) {
         return ktx2::size(bytes).filter(|size| size.iter().all(|&side| side <= most));
@@ -30,11 +31,12 @@ pub(super) fn size_of_file(path: &Path, most: u32) -> Option<[u32; 2]> {
     size_of(read::open(path).ok()?, most)
 }
 
-/// Longest header of a Radiance image, with the line of its size \[bytes\]. Those that programs write have a few hundred.
+/// Longest header of a Radiance image, with the line of its size \[bytes\]. Programs write a few hundred
+/// bytes.
 const MAX_HEADER: u64 = 1 << 16;
 
-/// Refuses a long header of a Radiance image, all lines of which the decoder keeps. `start`: of a file of `length` bytes,
-/// longer than such a header if the file is.
+/// Refuses a long header of a Radiance image: the decoder keeps all its lines. `start`: first bytes of a file
+/// of `length` bytes, more than the longest header if the file has more.
 pub(super) fn check_header(start: &[u8], length: u64) -> Result<(), String> {
     if length <= MAX_HEADER || !start.starts_with(b"#?") {
         return Ok(());
@@ -55,8 +57,9 @@ fn size_of(contents: impl BufRead + Seek, most: u32) -> Option<[u32; 2]> {
     (width <= most && height <= most).then_some([width, height])
 }
 
-/// Decodes an image. `most`: longest side \[texels\]; `texels`: of all textures so far, grows by the image's.
-pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, Fault> {
+/// Decodes an image. `most`: longest side \[texels\]; `texels`: sum over all textures so far, to which the
+/// image's are added.
+pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaImage, ImageFault> {
     let help = || format!("use a PNG, JPEG, WebP or KTX2 of at most {most} texels a side");
     let bad = |error: &dyn std::fmt::Display| (error.to_string(), help());
     if ktx2::is_container(bytes) {
@@ -77,14 +80,14 @@ pub(super) fn decode(bytes: &[u8], most: u32, texels: &mut u64) -> Result<RgbaIm
     Ok(image.into_rgba8())
 }
 
-/// Sum of an image's texels and those so far, if it may be decoded. `stored`: its bytes as it is stored.
+/// Sum of an image's texels and those so far, if it may be decoded. `stored`: bytes of the encoded image.
 fn admitted(
     [width, height]: [u32; 2],
     stored: u64,
     most: u32,
     texels: u64,
     help: impl Fn() -> String,
-) -> Result<u64, Fault> {
+) -> Result<u64, ImageFault> {
     if width > most || height > most {
         return Err((format!("the image has {width} x {height} texels"), help()));
     }
@@ -93,7 +96,7 @@ fn admitted(
     }
     let all = Limit::Texels.grown(texels, u64::from(width) * u64::from(height));
     let all = all.map_err(|(message, help)| (message, help.to_owned()))?;
-    // As it is stored, and in bytes per channel.
+    // The encoded image, and its decoded bytes.
     let bytes = stored + 4 * u64::from(width) * u64::from(height);
     if !limits::has_memory(bytes) {
         let message = format!("no memory for {width} x {height} texels ({} MiB)", bytes >> 20);

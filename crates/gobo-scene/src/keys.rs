@@ -1,5 +1,5 @@
-//! A table of the scene file while it is read. A key is declared once, where it is read: its name, its default
-//! and its range.
+//! A table of the scene file while it is read. The place that reads a key declares its name, default and
+//! range.
 use super::{
     SceneError,
     error::quoted,
@@ -23,7 +23,7 @@ use toml::{
 /// Least number above 0.
 pub(super) const ABOVE_ZERO: f32 = f32::from_bits(1);
 
-/// A key of a table.
+/// Dotted name of a table's key.
 pub(super) fn dotted(table: &str, key: &str) -> String {
     if table.is_empty() { key.to_owned() } else { format!("{table}.{key}") }
 }
@@ -32,11 +32,11 @@ pub(super) struct Keys<'a> {
     source: &'a SceneText<'a>,
     /// Dotted key of the table; empty for the whole file.
     path: String,
-    /// The same with places in lists, as the command line sets it.
+    /// The same with indices in lists, as the command line names it.
     place: String,
     table: &'a DeTable<'a>,
     span: Range<usize>,
-    /// Keys that were asked for.
+    /// Keys that readers requested.
     known: RefCell<Vec<&'a str>>,
 }
 
@@ -82,7 +82,7 @@ impl<'a> Keys<'a> {
         self.get(key).is_some()
     }
 
-    /// An error at the value of `key`, or at the table without it.
+    /// An error at the value of `key`, or at the table if the key is missing.
     pub(super) fn fault(&self, key: &str, message: impl Into<String>, help: &str) -> SceneError {
         let span = self.table.get(key).map_or_else(|| self.span.clone(), Spanned::span);
         let help = (!help.is_empty()).then(|| help.to_owned());
@@ -118,7 +118,7 @@ impl<'a> Keys<'a> {
         self.need(key, self.given(key)?)
     }
 
-    /// The value of a key that must be there.
+    /// The value of a required key.
     pub(super) fn need<T>(&self, key: &str, value: Option<T>) -> Result<T, SceneError> {
         value.ok_or_else(|| {
             let help = format!("add `{key} = ...`");
@@ -226,7 +226,7 @@ impl<'a> Keys<'a> {
         }
     }
 
-    /// A number in a range, which is also given in words.
+    /// A number in a range, with the range in words.
     pub(super) fn number(
         &self,
         key: &'static str,
@@ -259,7 +259,7 @@ impl<'a> Keys<'a> {
         Ok(self.number(key, 0.0..=1.0, "from 0 to 1")?.unwrap_or(usual))
     }
 
-    /// A number in a range that speaks for itself.
+    /// A number in a range that needs no words.
     pub(super) fn within(
         &self,
         key: &'static str,
@@ -270,7 +270,7 @@ impl<'a> Keys<'a> {
         Ok(self.number(key, range, &words)?.unwrap_or(usual))
     }
 
-    /// A bias \[m\] or \[texels\]: no scene is larger.
+    /// A bias \[m\] or \[texels\]; no scene is larger than its limit.
     pub(super) fn bias(&self, key: &'static str) -> Result<Option<f32>, SceneError> {
         self.number(key, 0.0..=1e7, "0 to 1e7")
     }
@@ -293,7 +293,7 @@ impl<'a> Keys<'a> {
 
     pub(super) fn direction(&self, key: &'static str) -> Result<Option<Vec3>, SceneError> {
         let Some(vector) = self.vector(key)? else { return Ok(None) };
-        // Squares of short vectors would vanish.
+        // Squares of short vectors would underflow.
         let direction = (vector / vector.abs().max_element()).try_normalize();
         let fault = || self.fault(key, format!("{key} has no length"), "give it a direction");
         direction.ok_or_else(fault).map(Some)

@@ -12,7 +12,7 @@ const SIZE: usize = 20;
 const SUPERCOMPRESSION: usize = 44;
 const KEYS: usize = 56;
 const LEVELS: usize = 80;
-/// Levels of the largest side that an image may have.
+/// Mip levels of the largest allowed side.
 const MAX_LEVELS: u32 = 16;
 /// Largest block of 4 x 4 texels \[bytes\].
 const BLOCK: u64 = 16;
@@ -21,7 +21,7 @@ pub(super) fn is_container(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// Width and height \[texels\]; `None` unless it is one flat image.
+/// Width and height \[texels\]; `None` unless it is one two-dimensional image.
 pub(super) fn size(bytes: &[u8]) -> Option<[u32; 2]> {
     let word =
         |index: usize| Some(u32::from_le_bytes(*bytes.get(SIZE + 4 * index..)?.first_chunk()?));
@@ -29,7 +29,7 @@ pub(super) fn size(bytes: &[u8]) -> Option<[u32; 2]> {
     (depth == 0 && layers <= 1 && faces == 1).then_some([width, height])
 }
 
-/// Channels of a texel of a `VkFormat` of bytes; `None` for other formats.
+/// Channels of a `VkFormat` of bytes; `None` for other formats.
 fn channels(format: u32) -> Option<usize> {
     match format {
         // R8G8B8: UNORM, SRGB.
@@ -40,7 +40,7 @@ fn channels(format: u32) -> Option<usize> {
     }
 }
 
-/// The largest level of an image of bytes, whose size has been checked; `None` for one of another format.
+/// The largest level of an image of bytes whose size has been checked; `None` for other formats.
 fn plain(bytes: &[u8], [width, height]: [u32; 2]) -> Option<Result<RgbaImage, String>> {
     let word = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
     let long = |at: usize| Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
@@ -50,7 +50,7 @@ fn plain(bytes: &[u8], [width, height]: [u32; 2]) -> Option<Result<RgbaImage, St
         let (start, stored) = (long(LEVELS)?, long(LEVELS + 8)?);
         let start = usize::try_from(start).ok()?;
         let stored = bytes.get(start..start.checked_add(usize::try_from(stored).ok()?)?)?;
-        // Grows with what there is, whatever the header announces.
+        // Grows with the data, whatever the header announces.
         let mut texels = Vec::new();
         match word(SUPERCOMPRESSION)? {
             0 => texels.extend_from_slice(stored),
@@ -83,7 +83,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
     }
     let levels = bytes.get(SIZE + 20..).and_then(<[u8]>::first_chunk).ok_or_else(damaged)?;
     let levels = u32::from_le_bytes(*levels).max(1);
-    // The decoder allocates whatever size a level announces.
+    // The decoder allocates any size that a level announces.
     let most = u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4)) * BLOCK;
     let is_sound = |level: u32| {
         let announced = bytes.get(LEVELS + 24 * level as usize + 16..)?.first_chunk()?;
@@ -92,10 +92,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
     if levels > MAX_LEVELS || (0..levels).any(|level| is_sound(level).is_none()) {
         return Err(damaged());
     }
-    // Keys are not needed, and damaged ones are a panic there.
+    // Keys are not needed, and the decoder panics at damaged ones.
     let mut bytes = bytes.to_vec();
     bytes[KEYS..KEYS + 8].fill(0);
-    // Tables of codes that lack some are a panic there, too, which is caught where panics unwind.
+    // The decoder also panics at incomplete code tables; the panic is caught where panics unwind.
     let texels = catch_unwind(|| {
         Transcoder::new(&bytes)?.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
     });

@@ -1,13 +1,14 @@
-//! Gradient noise on an infinite lattice (Perlin 2002); gradients rotate as it ages (Perlin and Neyret 2001).
+//! Gradient noise on an infinite lattice (Perlin 2002), whose gradients rotate with time (Perlin and Neyret
+//! 2001).
 use glam::{UVec3, Vec3};
 use gobo::records::pcg;
 
-/// One noise at one age. Places near the last ones are quick: they share gradients, which it keeps.
+/// One noise at one time. Places near the last ones are cheap: their gradients are cached.
 pub(super) struct LatticeNoise {
     /// Turns of the gradients.
     turns: f32,
     seed: u32,
-    /// Lattice points and their gradients, each in the slot of its coordinates' last bits.
+    /// Cache of lattice points and gradients; the last bits of the coordinates choose the slot.
     kept: Vec<(UVec3, Vec3)>,
 }
 
@@ -22,7 +23,7 @@ impl LatticeNoise {
         noise
     }
 
-    /// Mostly from -0.7 to 0.7.
+    /// Noise at a place, mostly from -0.7 to 0.7.
     pub(super) fn at(&mut self, place: Vec3) -> f32 {
         let low = place.floor();
         let part = place - low;
@@ -54,7 +55,7 @@ impl LatticeNoise {
 
     fn gradient(&self, point: UVec3) -> Vec3 {
         let hash = pcg(point.x ^ pcg(point.y ^ pcg(point.z ^ self.seed)));
-        // Two perpendicular axes, in whose plane the gradient rotates in either direction.
+        // Two perpendicular axes: the gradient rotates in their plane, in either direction.
         let unit = |bits: u32| (bits & 0xffff) as f32 / 32767.5 - 1.0;
         let (bits, more) = (pcg(hash), pcg(hash ^ 0x9e37_79b9));
         let first = Vec3::new(unit(bits), unit(bits >> 16), unit(more)).normalize_or(Vec3::X);

@@ -82,7 +82,7 @@ pub use load::{
 pub use named::files;
 pub use particles::ParticleFile;
 pub use share::Share;
-pub use splat_file::load_splats;
+pub use splat_file::{load_harmonics, load_splats};
 pub use summary::Summary;
 #[doc(hidden)]
 pub use {load::asked_keys, read::watch_files};
@@ -91,9 +91,9 @@ use glam::Mat4;
 use gobo::model::{Bounds, Camera, Material};
 use std::path::Path;
 
-/// Reads a PLY or CSV file, or a cloud of points (LAS, LAZ, PCD, E57), alone, for hosts that make their own scenes. The particles refer to material
-/// `material_id` of the host's list; ids default to row number + `first_id`; `default_radius` \[m\] is for
-/// files without one.
+/// Reads a PLY or CSV file, or a point cloud (LAS, LAZ, PCD, E57), alone, for hosts that make their own
+/// scenes. The particles refer to material `material_id` of the host's list; ids default to row number +
+/// `first_id`; `default_radius` \[m\] is for files without radii.
 pub fn load_particles(
     path: &Path,
     material: &Material,
@@ -103,14 +103,20 @@ pub fn load_particles(
 ) -> Result<ParticleFile, SceneError> {
     if let Some(kind) = points::kind_of_file(path) {
         let radius = default_radius;
-        let wanted = points::Wanted { material: material_id, radius, first_id, earlier: 0 };
+        let wanted = points::PointsWanted {
+            material: material_id,
+            radius,
+            first_id,
+            earlier: 0,
+            budget: None,
+        };
         return points::load(path, kind, wanted, &mut None);
     }
     particles::load(path, material, material_id, default_radius, first_id, 0)
 }
 
-/// Reads a `.glb` or `.gltf` file, an OBJ or a PLY with faces, alone, at the start of its animation. World space = `transform` * glTF
-/// space.
+/// Reads a `.glb` or `.gltf` file, an OBJ or a PLY with faces, alone, at the start of its animation. World
+/// space = `transform` * glTF space.
 pub fn load_model(path: &Path, transform: Mat4) -> Result<Model, SceneError> {
     let (earlier, wanted) = (gltf::Earlier::default(), gltf::Wanted::default());
     let mut model = models::load(path, transform, &earlier, wanted)?;

@@ -49,7 +49,7 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
         near,
         far,
         size,
-        // Of glTF files.
+        // Only glTF files set these.
         inner_angle: None,
         end: None,
         casts: keys.value("casts", true)?,
@@ -76,7 +76,7 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
 fn source(keys: &Keys<'_>, light: &Keys<'_>, kind: LightKind) -> Result<(Source, u32), SceneError> {
     let source = source_shape(keys, light, kind)?;
     let help = format!("1 to {MAX_VIEWPOINTS} viewpoints");
-    // 0: chosen once the scene is loaded.
+    // 0: chosen after the scene is loaded.
     let is_stated = keys.has("viewpoints");
     let viewpoints = keys.whole("viewpoints", 1, 1..=MAX_VIEWPOINTS, &help)?;
     let viewpoints = if is_stated { viewpoints } else { 0 };
@@ -131,7 +131,7 @@ fn source_shape(keys: &Keys<'_>, light: &Keys<'_>, kind: LightKind) -> Result<So
     })
 }
 
-/// `noun` names the owner of the keys; `of_light` gives missing values.
+/// `noun` names the owner of the keys; missing values default to those of `of_light`.
 fn shadow(keys: &Keys<'_>, noun: &str, of_light: Option<LightKind>) -> Result<Shadow, SceneError> {
     let kind = light_kind(keys, noun, of_light)?;
     let is_directional = matches!(kind, LightKind::Directional { .. });
@@ -169,7 +169,7 @@ fn light_kind(
         Some(LightKind::Point { position }) => (KindOfLight::Point, Some(position), None, None),
     };
     let kind = keys.value("kind", usual)?;
-    // A point light's source may face somewhere.
+    // The source of a point light may have a direction.
     let (name, foreign) = match kind {
         KindOfLight::Directional => ("directional", &["position", "angle"][..]),
         KindOfLight::Spot => ("spot", &[][..]),

@@ -9,11 +9,11 @@ use std::path::Path;
 pub enum Limit {
     /// Lights of files and tables together.
     Lights,
-    /// Viewpoints of lights with a source, that is area lights, that cast shadows.
+    /// Viewpoints of area lights that cast shadows.
     Sources,
-    /// Materials, which are in a uniform array on every device.
+    /// Materials: a uniform array on every device.
     Materials,
-    /// Textures, which are layers of a texture array of WebGPU.
+    /// Textures: layers of a texture array in WebGPU.
     Textures,
     /// Texels of all textures: 1 GiB.
     Texels,
@@ -29,10 +29,10 @@ pub enum Limit {
     Capsules,
     /// Nodes of a glTF file; instances and primitives of each count too, and joints of its skin.
     Nodes,
-    /// Bytes that compressed meshes of a glTF file hold: 1 GiB.
+    /// Bytes of a glTF file's decompressed meshes: 1 GiB.
     Unpacked,
-    /// Keys of glTF animations; each channel counts those of its sampler. Offsets of morph targets, each
-    /// with its triangles, count too.
+    /// Keys of glTF animations; each channel counts its sampler's. Offsets of morph targets count too, as
+    /// keys per triangle.
     Keys,
     /// Bytes of the scene file itself.
     Text,
@@ -116,7 +116,7 @@ impl Limit {
         }
     }
 
-    /// The sum of `have` so far and `more` to come, or the problem and the remedy.
+    /// The sum of `have` and `more`, or the problem and the remedy.
     pub(super) fn grown(self, have: u64, more: u64) -> Result<u64, (String, &'static str)> {
         match have.checked_add(more) {
             Some(all) if all <= self.most() => Ok(all),
@@ -134,11 +134,11 @@ impl Limit {
     }
 }
 
-/// Whether the host can allocate so much more \[bytes\]. An allocation that fails later aborts the program.
+/// Whether the host can allocate `bytes` more. An allocation that fails later aborts the program.
 pub(super) fn has_memory(bytes: u64) -> bool {
     let mut probe = Vec::<u8>::new();
     let is_there = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());
-    // Otherwise the compiler may leave the allocation out.
+    // Without this the compiler may remove the allocation.
     std::hint::black_box(&mut probe);
     is_there
 }

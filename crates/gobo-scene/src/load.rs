@@ -1,4 +1,4 @@
-//! Loading of scene files: everything is validated here.
+//! Loading of scene files; everything is validated here.
 use super::{
     Scene, SceneError,
     animate::{Placed, animate},
@@ -18,7 +18,7 @@ use super::{
     share::Share,
     source::{self, SceneText},
     splat_file::{kind_of_file, load_splats},
-    splats::{Cloud, Kind},
+    splats::{SplatCloud, SplatKind},
     tables,
     volume_file::VolumeFile,
 };
@@ -38,18 +38,19 @@ pub struct LoadOptions {
     /// Values that replace those of the scene file before they are checked: dotted keys such as
     /// `shadow.size`, `light.sun.intensity` or `material.0.tint`, and TOML values.
     pub set: Vec<(String, String)>,
-    /// Whether a model or particle file that is a scene of its own gets a floor.
+    /// Whether a model or particle file that is loaded as a scene gets a floor.
     pub ground: bool,
-    /// Whether what every time makes anew is made for time 0: particles of emitters, and generated volumes that move. If
-    /// not, the first [`Scene::set_time`] makes it, unless the scene file leaves the camera to be placed by what it
-    /// sees: for a scene that is rendered at another time, or whose particles a device simulates.
+    /// Whether emitters' particles and animated volumes are made for time 0. If not, the first
+    /// [`Scene::set_time`] makes them, unless the camera is placed to frame them: for a scene that is
+    /// rendered at another time, or whose particles a device simulates.
     pub start: bool,
-    /// The share of the filtering casters to load; all of them when `None`. [`Share::keep`] removes the rest once the
+    /// Share of the filtering casters to load; `None` for all. [`Share::keep`] removes the rest once the
     /// scene's time is set.
     pub share: Option<Share>,
-    /// Whether lights with a size get texels and viewpoints for what the camera sees, and not for all that they reach.
+    /// Whether lights with a size get texels and viewpoints for the camera's picture, and not for everything
+    /// that they reach.
     pub of_picture: bool,
-    /// Whether nothing is simulated, not even to place the camera, and no texture is made that no file has.
+    /// Whether nothing is simulated, not even to place the camera, and no texture is generated.
     only_checks: bool,
 }
 
@@ -66,7 +67,7 @@ impl Default for LoadOptions {
     }
 }
 
-/// Reads a scene file, or a file of any of the [`super::FORMATS`] that is a scene alone.
+/// Reads a scene file, or any of the [`super::FORMATS`] that alone makes a scene.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
     load_as(path, &LoadOptions::default())
 }
@@ -76,8 +77,8 @@ pub fn load_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneEr
     load_as(path, &LoadOptions { set: set.to_vec(), ..LoadOptions::default() })
 }
 
-/// Like [`load`], for a scene that is not rendered: emitters send nothing out, generated volumes that move are their
-/// boxes, and a camera that is placed by what it sees is placed by those; textures that no file has are a white texel each.
+/// Like [`load`], for a scene that is not rendered: emitters are empty, animated volumes are their boxes, a
+/// camera that frames the contents frames those, and generated textures are a single white texel.
 pub fn check(path: &Path) -> Result<Scene, SceneError> {
     check_with(path, &[])
 }
@@ -88,13 +89,13 @@ pub fn check_with(path: &Path, set: &[(String, String)]) -> Result<Scene, SceneE
     load_as(path, &LoadOptions { set, start: false, only_checks: true, ..LoadOptions::default() })
 }
 
-/// Like [`check`], without the ground that a file alone gets: for what is in the file.
+/// Like [`check`], without the ground that a single file gets: for the contents of the file.
 pub fn inspect(path: &Path) -> Result<Scene, SceneError> {
     let (start, ground, only_checks) = (false, false, true);
     load_as(path, &LoadOptions { start, ground, only_checks, ..LoadOptions::default() })
 }
 
-/// Every key that reading a scene file asks for, as [`LoadOptions::set`] names it, sorted.
+/// All keys that the reader of a scene file asks for, as [`LoadOptions::set`] names them, sorted.
 #[doc(hidden)]
 pub fn asked_keys(path: &Path) -> Result<Vec<String>, SceneError> {
     let text = scene_text(path)?;
@@ -111,8 +112,7 @@ pub fn load_as(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> 
     load_all(path, options, None).map(|(scene, _)| scene)
 }
 
-/// Like [`load_as`], of the text of a scene file. `path`: what the file would be, for messages and for the files that
-/// it names.
+/// Like [`load_as`], for the text of a scene file. `path`: its name in messages, beside which it finds files.
 pub fn load_text(text: &str, path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
     let _phase = tracing::debug_span!("read").entered();
     Limit::Text.grown_in(path, 0, text.len() as u64)?;
@@ -127,23 +127,23 @@ pub struct Relit {
     /// The scene.
     pub scene: Scene,
     /// The file's splats, as the file places them.
-    pub cloud: Cloud,
-    /// Those that the scene holds, in the same order.
+    pub cloud: SplatCloud,
+    /// Range of the file's splats in the scene, in the same order.
     pub range: Range<usize>,
     /// Id of the file's first row.
     first_id: u32,
 }
 
 impl Relit {
-    /// Place in the cloud of one of the scene's splats.
+    /// Index in the cloud of one of the scene's splats.
     pub fn index_of(&self, gaussian: &Gaussian) -> usize {
         let row = gaussian.id.wrapping_sub(self.first_id);
         self.cloud.rows.binary_search(&row).unwrap_or(row as usize)
     }
 }
 
-/// Like [`load_as`], with the splats of a file: placed as the scene places them or, if it does not name the file, as
-/// they are, with a neutral shadow.
+/// Like [`load_as`], with the splats of a file. They are placed as in the scene; if the scene does not name
+/// the file, as in the file, with a neutral shadow.
 pub fn load_with_splats(
     path: &Path,
     options: &LoadOptions,
@@ -172,7 +172,7 @@ fn load_all(
     }
     let is_known = is_alone && VolumeFile::is(path);
     let splats = (is_alone && !is_known).then(|| kind_of_file(path)).flatten();
-    // A file that is damaged, or not there, is known by its name.
+    // A file that is damaged or missing is recognised by its name.
     let is_named = || VolumeFile::extensions().any(|own| own == extension);
     let is_volume = is_known || splats.is_none() && is_named();
     let tables = match is_volume {
@@ -183,15 +183,15 @@ fn load_all(
     load_contents(path, options, contents, with)
 }
 
-/// What a file holds, by its name, its head and its text.
+/// Contents of a file by its name, head and text.
 struct Contents<'a> {
-    /// Lower case.
+    /// Extension in lower case.
     extension: &'a str,
-    /// Kind of splats, if it holds them.
-    splats: Option<Kind>,
+    /// Kind of its splats, if it holds any.
+    splats: Option<SplatKind>,
     /// Whether it is a volume.
     is_volume: bool,
-    /// Its tables, or those that stand for it.
+    /// Its tables, or generated ones for a file of another format.
     tables: String,
 }
 
@@ -202,7 +202,7 @@ fn load_contents(
     with: Option<&Path>,
 ) -> Result<(Scene, Option<FoundSplats>), SceneError> {
     let is_alone = extension != "toml";
-    // So that `light.sun.size` can be set if the file has no light.
+    // A default sun lets `light.sun.size` be set if the file has no light.
     let set = &options.set;
     let adds_sun = set.iter().any(|(key, _)| key.starts_with("light."))
         && file.parse::<toml::Table>().is_ok_and(|table| !table.contains_key("light"));
@@ -210,7 +210,7 @@ fn load_contents(
     let text = source::joined(&file, set);
     let source = SceneText::parse(path, &text, file.len(), set)?;
     let mut document = document(&source)?;
-    if splats == Some(Kind::SogLevels) {
+    if splats == Some(SplatKind::SogLevels) {
         // A folder may be called `..`.
         let name = path.file_name().map(Into::into).or_else(|| path.canonicalize().ok());
         document.splats.iter_mut().for_each(|table| table.get_mut().file.clone_from(&name));
@@ -279,10 +279,14 @@ fn load_contents(
     Ok((scene, found))
 }
 
-/// The tables of a scene file, or those that stand for another kind of file.
-fn tables_of(path: &Path, extension: &str, splats: Option<Kind>) -> Result<String, SceneError> {
+/// The tables of a scene file, or generated ones for a file of another format.
+fn tables_of(
+    path: &Path,
+    extension: &str,
+    splats: Option<SplatKind>,
+) -> Result<String, SceneError> {
     Ok(match extension {
-        _ if splats == Some(Kind::SogLevels) => [defaults::ALONE, defaults::SPLATS].concat(),
+        _ if splats == Some(SplatKind::SogLevels) => [defaults::ALONE, defaults::SPLATS].concat(),
         _ if splats.is_some() => defaults::ALONE.to_owned(),
         _ if points::kind_of_file(path).is_some() => {
             [defaults::ALONE, defaults::POINTS_MATERIAL].concat()
@@ -296,16 +300,16 @@ fn tables_of(path: &Path, extension: &str, splats: Option<Kind>) -> Result<Strin
 }
 
 impl Loader<'_> {
-    /// Loads the contents of a file that is the scene, and not tables that name files.
+    /// Loads the contents of a file that is itself the scene, unlike tables that name files.
     fn contents_of(
         &mut self,
         path: &Path,
         extension: &str,
-        splats: Option<Kind>,
+        splats: Option<SplatKind>,
     ) -> Result<(), SceneError> {
         let is_model = matches!(extension, "glb" | "gltf") || models::kind_of_file(path).is_some();
         match extension {
-            _ if splats == Some(Kind::SogLevels) => {
+            _ if splats == Some(SplatKind::SogLevels) => {
                 self.note_turned(path);
                 Ok(())
             }
@@ -317,14 +321,14 @@ impl Loader<'_> {
                 self.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
                 if self.leaves_splats { self.splats_alone(path, None) } else { Ok(()) }
             }
-            "ply" | "csv" => self.particle_file(path, 0),
-            _ if points::kind_of_file(path).is_some() => self.particle_file(path, 0),
+            "ply" | "csv" => self.particle_file(path, 0, None),
+            _ if points::kind_of_file(path).is_some() => self.particle_file(path, 0, None),
             _ => Ok(()),
         }
     }
 }
 
-/// Sets how the camera exposes the scene: the usual ways without a table.
+/// Sets the camera's exposure; without a table, the defaults.
 fn expose(scene: &mut Scene, table: Option<&CameraTable>) {
     (scene.samples, scene.occlusion) = (defaults::SAMPLES, Occlusion::Usual);
     if let Some(table) = table {
@@ -336,8 +340,8 @@ fn expose(scene: &mut Scene, table: Option<&CameraTable>) {
     }
 }
 
-/// Makes the corners of a re-centred scene anew: those that were made far away are rounded. `still`: parts that do not
-/// move, as they were before.
+/// Makes the corners of a re-centred scene anew: far from the origin they were rounded. `still`: parts that
+/// do not move, before re-centring.
 fn place_again(scene: &mut Scene, still: Vec<Arc<dyn Motion>>) {
     if scene.origin == Vec3::ZERO {
         return;
@@ -350,7 +354,7 @@ fn place_again(scene: &mut Scene, still: Vec<Arc<dyn Motion>>) {
     scene.leave_out_far_triangles();
 }
 
-/// Whether the file says where the camera is and where it looks.
+/// Whether the file sets the camera's position and target.
 fn is_placed(document: &Document) -> bool {
     document.camera.as_ref().is_some_and(|table| {
         let CameraTable { eye, target, .. } = table.get_ref();
@@ -384,7 +388,7 @@ pub(super) fn scene_text(path: &Path) -> Result<String, SceneError> {
     })
 }
 
-/// All tables of the file, checked as far as they can be one by one.
+/// All tables of the file, each checked as far as possible on its own.
 pub(super) fn document(source: &SceneText<'_>) -> Result<Document, SceneError> {
     Keys::of_file(source, |keys| {
         let mut lights = 0..;

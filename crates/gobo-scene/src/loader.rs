@@ -33,11 +33,11 @@ pub(super) struct Loader<'a> {
     /// Folder of the scene file.
     pub(super) folder: PathBuf,
     pub(super) scene: Scene,
-    /// Indices by name of the file's materials, which come first.
+    /// Indices by name of the file's materials, which come first in the scene.
     names: HashMap<String, u32>,
-    /// Radius of each of the file's materials \[m\].
+    /// Radius of particles of each material \[m\].
     pub(super) radii: Vec<Option<f32>>,
-    /// Textures of the file's materials.
+    /// Textures by the path of their image.
     pub(super) images: HashMap<PathBuf, u32>,
     /// Texels of all textures.
     pub(super) texels: u64,
@@ -45,23 +45,23 @@ pub(super) struct Loader<'a> {
     pub(super) model_camera: Option<super::Camera>,
     /// Shapes, then meshes, that keys may move.
     pub(super) placed: Vec<Placed>,
-    /// Kinds and names of those that have one.
+    /// Kind and name of each entry that has a name.
     placed_names: HashSet<(&'static str, String)>,
     /// Displaced spheres that do not move.
     pub(super) still: Vec<Arc<dyn Motion>>,
-    /// Whether what a later time makes anew is made for time 0: particles of emitters, generated volumes that move.
+    /// Whether emitters' particles and animated volumes are made for time 0.
     pub(super) makes_start: bool,
     /// The share of the filtering particles to load.
     pub(super) share: Option<Share>,
     /// Files of splats: their splats in the scene, and the id of the first row.
     pub(super) splat_files: Vec<(PathBuf, Range<usize>, u32)>,
-    /// What is subtracted from the coordinates of all files of points, once one is read \[m\].
+    /// Offset subtracted from the coordinates of all point files, once one is read \[m\].
     pub(super) points_origin: Option<DVec3>,
     /// Whether the last model holds splats.
     pub(super) leaves_splats: bool,
-    /// Whether textures are made that no file has.
+    /// Whether generated textures are made.
     pub(super) paints: bool,
-    /// Emitters that have sent out a sample, and volumes of which only the box is made.
+    /// Emitters of which one sample was emitted, and volumes of which only the box was made.
     pub(super) resting: Vec<Arc<dyn Motion>>,
 }
 
@@ -100,7 +100,7 @@ impl<'a> Loader<'a> {
         self.source.error_at(table, key, message, help)
     }
 
-    /// Checks that `more` items still fit with `have`.
+    /// Checks that `have` + `more` items are within a limit.
     pub(super) fn check_limit(
         &self,
         limit: Limit,
@@ -240,7 +240,7 @@ impl<'a> Loader<'a> {
         Err(self.error(span, "material", &message, &help))
     }
 
-    /// Adds the materials of the far sides of the file's materials.
+    /// Adds the far-side materials of the file's materials.
     pub(super) fn far_sides(&mut self, document: &Document) -> Result<(), SceneError> {
         for (index, table) in document.material.iter().enumerate() {
             let MaterialTable { far_side: Some((share, color)), .. } = table.get_ref() else {
@@ -256,7 +256,7 @@ impl<'a> Loader<'a> {
         Ok(())
     }
 
-    /// Like [`Self::material`], of what has no far side.
+    /// Like [`Self::material`], for casters without a far side.
     pub(super) fn material_of_grains(
         &self,
         span: &Range<usize>,
@@ -339,7 +339,7 @@ impl<'a> Loader<'a> {
     }
 }
 
-/// An error at a line, from 1, without a scene file to quote.
+/// An error at a line, counted from 1, without a scene file to quote.
 pub(super) fn error_of_line(path: &Path, line: usize, message: &str, help: &str) -> SceneError {
     SceneError::invalid(path, format!("line {line}: {message}"), help)
 }

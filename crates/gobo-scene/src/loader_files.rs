@@ -1,4 +1,4 @@
-//! Loading of the files that a scene names: particles, models and images.
+//! Loads the files that a scene names: particles, models and images.
 use super::{
     SceneError,
     document::ParticlesTable,
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use std::{ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
-/// Particles that are generated at a time, by a core and by all: the memory of the latter is needed twice.
+/// Particles that one core, and all cores, generate at a time; the memory of a wave is needed twice.
 const BLOCK: u64 = 1 << 14;
 const WAVE: u64 = 1 << 20;
 /// Longest side of a texture \[texels\].
@@ -25,18 +25,23 @@ pub(super) const MAX_SIDE: u32 = 8192;
 
 impl Loader<'_> {
     pub(super) fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
-        let ParticlesTable { file, generate, material } = table.get_ref();
+        let ParticlesTable { file, generate, point_budget, material } = table.get_ref();
         let id = self.material_of_grains(&table.span(), material)?;
         if self.scene.materials[id as usize].is_volume() {
             let help = "use shape = \"puff\", and no attenuation";
             let message = "particles have no volume";
             return Err(self.error(&table.span(), "material", message, help));
         }
-        match (file, generate) {
-            (Some(file), None) => {
-                let path = self.folder.join(file);
-                self.particle_file(&path, id).map_err(|e| self.named_by(&table.span(), "file", e))
-            }
+        let path = file.as_ref().map(|file| self.folder.join(file));
+        if point_budget.is_some() && !path.as_deref().is_some_and(points::is_cloud) {
+            let message = "a budget of particles that are no cloud of points";
+            let help = "remove it; clouds are LAS, LAZ, PCD and E57 files";
+            return Err(self.error(&table.span(), "point_budget", message, help));
+        }
+        match (path, generate) {
+            (Some(path), None) => self
+                .particle_file(&path, id, *point_budget)
+                .map_err(|e| self.named_by(&table.span(), "file", e)),
             (None, Some(generate)) => self.generated(&table.span(), generate, id),
             _ => {
                 let message = "particles need either a file or generate";
@@ -45,7 +50,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Checks the parameters of what a table generates.
+    /// Checks the parameters of a table's generator.
     pub(super) fn check_generate(
         &self,
         table: &Range<usize>,
@@ -121,20 +126,26 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// The share to load of particles with a material; `None` for all of them.
+    /// Share of the particles with a material that is loaded; `None` for all.
     fn share_of(&self, material: u32) -> Option<Share> {
         let class = Class::of(&self.scene.materials[material as usize]);
         self.share.filter(|_| Class::FILTERING.contains(&class))
     }
 
-    pub(super) fn particle_file(&mut self, path: &Path, id: u32) -> Result<(), SceneError> {
+    pub(super) fn particle_file(
+        &mut self,
+        path: &Path,
+        id: u32,
+        budget: Option<u64>,
+    ) -> Result<(), SceneError> {
         let material = &self.scene.materials[id as usize];
         let earlier = self.scene.particles.len() as u64;
         let radius = self.radii[id as usize];
         let mut file = match points::kind_of_file(path) {
             Some(kind) => {
+                let first_id = self.next_id;
                 let wanted =
-                    points::Wanted { material: id, radius, first_id: self.next_id, earlier };
+                    points::PointsWanted { material: id, radius, first_id, earlier, budget };
                 points::load(path, kind, wanted, &mut self.points_origin)?
             }
             None => particles::load(path, material, id, radius, self.next_id, earlier)?,
@@ -188,6 +199,7 @@ impl Loader<'_> {
             texture: material.texture.map(|index| index + first_texture),
             emissive_texture: material.emissive_texture.map(|index| index + first_texture),
             far_side: material.far_side.map(|index| index + first_material),
+            details: material.details.map(|index| index + first_material),
             ..material
         }));
         limits::reserve(&mut self.scene.triangles, model.triangles.len(), "triangles", path)?;
@@ -220,7 +232,7 @@ impl Loader<'_> {
         Ok(moving)
     }
 
-    /// Index of an image, which is read once.
+    /// Index of an image; each image is read once.
     pub(super) fn image(
         &mut self,
         file: &Path,

@@ -1,4 +1,4 @@
-//! Loading of splats, from files and generated.
+//! Loads splats from files, or generates them.
 use super::{
     SceneError,
     document::{Cast, Opacity, SplatsTable},
@@ -8,7 +8,7 @@ use super::{
     loader_files::add_skipped,
     rig::{Moving, Placement},
     splat_file::{load_level, load_splats},
-    splats::{Cloud, Kind, placed},
+    splats::{SplatCloud, SplatKind, placed},
     volumes::USUAL_THICKNESS,
 };
 use glam::{DVec3, Quat, Vec3};
@@ -16,8 +16,8 @@ use gobo::model::{Gaussian, GaussianOpacity, Material, Shape};
 use std::{f32::consts::TAU, f64::consts::TAU as DTAU, ops::Range, path::Path, sync::Arc};
 use toml::Spanned;
 
-/// Longest deviation of a generated splat, in radii of the particle that it stands for: the soft disc of a radius
-/// is about as wide as a Gaussian of half of it.
+/// Longest deviation of a generated splat, in radii of the particle that it replaces: a soft disc is about as
+/// wide as a Gaussian of half its radius.
 const DEVIATION: f32 = 0.5;
 
 /// Most extinction of a medium that is rendered on its own [1/m].
@@ -73,14 +73,14 @@ impl Loader<'_> {
         self.place("splats", &span, given.name.as_ref(), 0..0, moving)
     }
 
-    /// Splats that are a scene of their own; `kind`: of a file that is no glTF.
+    /// Loads splats that alone are a scene; `kind`: of a file other than glTF.
     pub(super) fn splats_alone(
         &mut self,
         path: &Path,
-        kind: Option<Kind>,
+        kind: Option<SplatKind>,
     ) -> Result<(), SceneError> {
         let mut cloud = load_splats(path)?;
-        let is_turned = kind.is_some_and(Kind::points_down) && cloud.extinction.is_none();
+        let is_turned = kind.is_some_and(SplatKind::points_down) && cloud.extinction.is_none();
         let rotation = if is_turned { Vec3::X * 180.0 } else { Vec3::ZERO };
         if is_turned {
             self.note_turned(path);
@@ -99,7 +99,8 @@ impl Loader<'_> {
         self.add_neutral(path, cloud, rotation)
     }
 
-    /// The splats of a file, which are added as they are if no table names it; and the id of its first row.
+    /// The splats of a file and the id of its first row; if no table names the file, its splats are added as
+    /// they are.
     pub(super) fn found_splats(&mut self, path: &Path) -> Result<(Range<usize>, u32), SceneError> {
         let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let mut known = self.splat_files.iter();
@@ -113,7 +114,12 @@ impl Loader<'_> {
     }
 
     /// Adds splats with a neutral shadow. `rotation`: Euler xyz \[degrees\].
-    fn add_neutral(&mut self, path: &Path, cloud: Cloud, rotation: Vec3) -> Result<(), SceneError> {
+    fn add_neutral(
+        &mut self,
+        path: &Path,
+        cloud: SplatCloud,
+        rotation: Vec3,
+    ) -> Result<(), SceneError> {
         self.note_of_file(path, &cloud);
         let material = Material {
             name: "splats".to_owned(),
@@ -133,7 +139,7 @@ impl Loader<'_> {
         self.scene.notes.push(format!("{name}: {note}"));
     }
 
-    fn note_of_file(&mut self, path: &Path, cloud: &Cloud) {
+    fn note_of_file(&mut self, path: &Path, cloud: &SplatCloud) {
         let name = path.display();
         self.scene.notes.extend(cloud.notes.iter().map(|note| format!("{name}: {note}")));
     }
@@ -144,7 +150,7 @@ impl Loader<'_> {
         span: &Range<usize>,
         given: &SplatsTable,
         material: Material,
-        cloud: &Cloud,
+        cloud: &SplatCloud,
     ) -> Result<Material, SceneError> {
         let gaussian = opacity_of(given.opacity, given.density, cloud).map_err(|message| {
             let key = if given.opacity.is_some() { "opacity" } else { "density" };
@@ -160,10 +166,10 @@ impl Loader<'_> {
         })
     }
 
-    /// Adds the splats of a cloud; returns what keys may move.
+    /// Adds the splats of a cloud; returns their movable part.
     fn add_splats(
         &mut self,
-        cloud: Cloud,
+        cloud: SplatCloud,
         material: Material,
         placement: &Placement,
         is_keyed: bool,
@@ -208,10 +214,10 @@ impl Loader<'_> {
         &mut self,
         span: &Range<usize>,
         generate: &Generate,
-    ) -> Result<Cloud, SceneError> {
+    ) -> Result<SplatCloud, SceneError> {
         let _phase = tracing::debug_span!("generate").entered();
         self.check_generate(span, generate)?;
-        let room = Cloud::with_room(generate.count().into());
+        let room = SplatCloud::with_room(generate.count().into());
         let mut cloud =
             room.map_err(|(message, help)| self.error(span, "generate", &message, help))?;
         let mut chance = Chance::new(generate.seed() ^ u64::from(u32::MAX));
@@ -233,8 +239,9 @@ impl Loader<'_> {
     }
 }
 
-/// Optical depth of a medium along y, on the mean over what it absorbs, as if it were one Gaussian; 0 for splats.
-fn thickness(cloud: &Cloud) -> f64 {
+/// Mean optical depth of a medium along y, weighted by absorption, as if the medium were one Gaussian; 0 for
+/// splats.
+fn thickness(cloud: &SplatCloud) -> f64 {
     let (mut all, mut first, mut second) = (0.0, DVec3::ZERO, DVec3::ZERO);
     for splat in &cloud.splats {
         let (center, sigma) = (splat.center.as_dvec3(), splat.sigma.as_dvec3());
@@ -249,11 +256,11 @@ fn thickness(cloud: &Cloud) -> f64 {
     if thickness.is_finite() { thickness } else { 0.0 }
 }
 
-/// What the opacity of a cloud means, by a table's keys and the file.
+/// Meaning of a cloud's opacity, by a table's keys and the file.
 fn opacity_of(
     opacity: Option<Opacity>,
     density: Option<f32>,
-    cloud: &Cloud,
+    cloud: &SplatCloud,
 ) -> Result<GaussianOpacity, &'static str> {
     match (opacity, density.or(cloud.extinction)) {
         (Some(Opacity::Splat), _) if cloud.extinction.is_some() => {

@@ -1,4 +1,4 @@
-//! What is made of a volume's values: a window, a table of colours, and where it is cut.
+//! Transfer from a volume's values to density and colour: a window, a table of colours, and clipping.
 use super::{
     SceneError,
     document::Numbers,
@@ -6,7 +6,7 @@ use super::{
     keys::Keys,
     look_presets::PRESETS,
     plain::nearest,
-    vdb::{Fault, Tree},
+    vdb::{Tree, VolumeFault},
 };
 use glam::{DAffine3, DVec3, DVec4, IVec3, Vec3};
 
@@ -19,16 +19,16 @@ pub(super) struct Row {
     pub(super) opacity: f32,
 }
 
-/// Most rows of a table: each that is seen has bricks and a material of its own.
+/// Most rows of a table: each visible row has bricks and a material of its own.
 const MOST_ROWS: usize = 16;
-/// Most planes of a cut.
+/// Most clipping planes.
 const MOST_PLANES: usize = 16;
 
-/// Where a volume is, in its own space \[m\]: what lies within the box and above all planes.
+/// Visible part of a volume, in its own space \[m\]: inside the box and above all planes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Clip {
     corners: Option<[DVec3; 2]>,
-    /// A normal of length 1, and the distance of the origin above the plane \[m\].
+    /// Unit normal, and the height of the origin above the plane \[m\].
     planes: Vec<DVec4>,
 }
 
@@ -75,7 +75,7 @@ impl Clip {
             && self.planes.iter().all(|plane| plane.dot(point.extend(1.0)) >= 0.0)
     }
 
-    /// Whether some side of it has all the points outside, so that nothing between them is shown.
+    /// Whether all points are outside of one side, so that nothing between them is shown.
     fn lacks_all(&self, points: &[DVec3]) -> bool {
         let all =
             |is_outside: &dyn Fn(DVec3) -> bool| points.iter().all(|&point| is_outside(point));
@@ -90,14 +90,14 @@ impl Clip {
     }
 }
 
-/// What is made of a volume's values.
+/// Transfer from a volume's values to density and colour.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Look {
-    /// Values that become 0 and 1.
+    /// Values that are mapped to 0 and 1.
     window: Option<[f32; 2]>,
     /// Rows of a table of colours, by value.
     rows: Vec<Row>,
-    /// The row whose share is shown.
+    /// Index of the row whose share is shown.
     row: Option<usize>,
     clip: Option<Clip>,
 }
@@ -115,18 +115,18 @@ impl Look {
         Ok(Self { window, rows, row: None, clip })
     }
 
-    /// Looks of the rows of its table that are seen, with their colours; none without a table.
+    /// The transfer of each visible row of its table, with the row's colour; none without a table.
     pub(super) fn rows(&self) -> Vec<(Self, Vec3)> {
         let seen = self.rows.iter().enumerate().filter(|(_, row)| row.opacity > 0.0);
         seen.map(|(i, row)| (Self { row: Some(i), ..self.clone() }, row.color)).collect()
     }
 
-    /// Whether it makes other densities of values.
+    /// Whether densities differ from the values.
     pub(super) fn has_values(&self) -> bool {
         self.window.is_some() || !self.rows.is_empty()
     }
 
-    /// Whether it cuts something off.
+    /// Whether the volume is clipped.
     pub(super) fn is_clipped(&self) -> bool {
         self.clip.is_some()
     }
@@ -143,7 +143,8 @@ impl Look {
         if value.is_nan() {
             return value;
         }
-        // Between two rows each has its share; the outer ones go on beyond.
+        // Between two rows the value belongs to both by shares; the first and last row continue beyond their
+        // values.
         let share = |other: Option<&Row>| match other {
             None => 1.0,
             Some(other) => {
@@ -161,8 +162,12 @@ impl Look {
         self.clip.as_ref().is_none_or(|clip| clip.has(point()))
     }
 
-    /// Makes densities of a tree's values, where they are shown. A value of 0 is nothing.
-    pub(super) fn shown(&self, mut tree: Tree, volume_from_index: DAffine3) -> Result<Tree, Fault> {
+    /// Maps a tree's values to densities, and clips them. The value 0 is empty.
+    pub(super) fn shown(
+        &self,
+        mut tree: Tree,
+        volume_from_index: DAffine3,
+    ) -> Result<Tree, VolumeFault> {
         if self.has_values() {
             for value in tree.values_mut().filter(|value| **value != 0.0) {
                 *value = self.density(*value);
@@ -186,7 +191,7 @@ impl Look {
     }
 }
 
-/// The table of colours, or the one of a name.
+/// The table of colours, or a preset by name.
 fn rows(keys: &Keys<'_>, has_window: bool) -> Result<Vec<Row>, SceneError> {
     const KEY: &str = "colors";
     const HELP: &str =
@@ -249,8 +254,8 @@ fn rows(keys: &Keys<'_>, has_window: bool) -> Result<Vec<Row>, SceneError> {
     Ok(rows)
 }
 
-/// Extinction and albedo, per channel, of matter of a colour, a share `ahead` of whose scattered light goes straight on
-/// (Joseph, Wiscombe and Weinman 1976, "The delta-Eddington approximation", equation 13).
+/// Extinction and albedo per channel of matter with this colour, if a share `ahead` of its scattered light
+/// goes straight on (Joseph, Wiscombe and Weinman 1976, "The delta-Eddington approximation", equation 13).
 pub(super) fn delta_eddington(color: Vec3, ahead: f32) -> [Vec3; 2] {
     let extinction = 1.0 - color * ahead;
     let albedo = color * (1.0 - ahead) / extinction.max(Vec3::splat(1e-6));

@@ -1,11 +1,11 @@
-//! Tables of colours by name.
+//! Named tables of colours.
 use super::look::Row;
 use glam::Vec3;
 
 /// A table of colours.
 pub(super) struct Preset {
     pub(super) name: &'static str,
-    /// Whether its values are shares of a window, not Hounsfield units.
+    /// Whether its values are shares of a window, and not Hounsfield units.
     pub(super) is_of_window: bool,
     pub(super) rows: fn() -> Vec<Row>,
 }
@@ -56,19 +56,19 @@ fn of_window(steps: u8, color: impl Fn(f32) -> Vec3) -> Vec<Row> {
     (0..=steps).map(share).map(row).collect()
 }
 
-/// Red rises first, then green, then blue, each in a third.
+/// Red rises first, then green, then blue, each in a third of the range.
 fn heat() -> Vec<Row> {
     of_window(6, |value| {
         (Vec3::splat(value * 3.0) - Vec3::new(0.0, 1.0, 2.0)).clamp(Vec3::ZERO, Vec3::ONE)
     })
 }
 
-/// From deep blue to white: blue at once, green by the root, red evenly.
+/// From deep blue to white: blue is 1, green the square root of the value, red the value.
 fn ice() -> Vec<Row> {
     of_window(6, |value| Vec3::new(value, value.sqrt(), 1.0))
 }
 
-/// Hues from blue by green to red: each channel a triangle.
+/// Hues from blue through green to red: each channel is a triangle function.
 fn hues() -> Vec<Row> {
     of_window(8, |value| {
         let peaks = Vec3::new(1.0, 0.5, 0.0);

@@ -1,8 +1,8 @@
-//! Models of any kind: glTF, PLY with faces, OBJ.
+//! Models of all formats: glTF, PLY with faces, OBJ.
 use super::{
     SceneError,
     faces::Surface,
-    gltf::{self, Earlier, Model, Wanted, file::File, mesh::cofactors},
+    gltf::{self, Earlier, Model, Wanted, file::GltfFile, mesh::cofactors},
     limits::Limit,
     obj,
     particles::FARTHEST,
@@ -13,26 +13,26 @@ use glam::{Mat3, Mat4, Vec3};
 use gobo::model::Triangle;
 use std::path::Path;
 
-/// Head by which a kind is recognised: longer than the header of any PLY \[bytes\].
+/// Bytes at a file's beginning that tell its kind: longer than the header of any PLY.
 const LONGEST_HEAD: u64 = 1 << 16;
 
-/// Kind of a file of faces that is no glTF.
+/// Kind of a model file other than glTF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ModelKind {
     Ply,
     Obj,
 }
 
-/// Kind of a file, by its head and name; `None` for glTF, what is none, and what cannot be read.
-pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
+/// Kind of a file by its head and name; `None` for glTF, for other files, and if the file cannot be read.
+pub(super) fn kind_of_file(path: &Path) -> Option<ModelKind> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj")) {
-        return Some(Kind::Obj);
+        return Some(ModelKind::Obj);
     }
     let (head, _) = read::head(path, LONGEST_HEAD).ok()?;
-    ply_mesh::is_mesh(&head).then_some(Kind::Ply)
+    ply_mesh::is_mesh(&head).then_some(ModelKind::Ply)
 }
 
-/// Loads a file; the rest is that of [`gltf::load`].
+/// Loads a file; the parameters are those of [`gltf::load`].
 pub(super) fn load(
     path: &Path,
     transform: Mat4,
@@ -47,14 +47,14 @@ pub(super) fn load(
         return Err(SceneError::invalid(path, "has no variants of materials", help));
     }
     let surface = match kind {
-        Kind::Ply => ply_mesh::read(path, earlier.triangles as u64)?,
-        Kind::Obj => obj::read(path, earlier, wanted.blend)?,
+        ModelKind::Ply => ply_mesh::read(path, earlier.triangles as u64)?,
+        ModelKind::Obj => obj::read(path, earlier, wanted.blend)?,
     };
     Limit::Triangles.grown_in(path, earlier.triangles as u64, surface.faces.len() as u64)?;
     Ok(model(surface, transform, wanted.is_keyed))
 }
 
-/// World space = `transform` * the file's space; a model that is keyed stays in its own.
+/// World space = `transform` * the file's space; a model with keys stays in its own space.
 fn model(surface: Surface, transform: Mat4, is_keyed: bool) -> Model {
     let Surface { vertices, faces, materials, textures, mut skipped, notes } = surface;
     let mut triangles = vertices.triangles(&faces, &mut skipped);
@@ -81,7 +81,7 @@ fn model(surface: Surface, transform: Mat4, is_keyed: bool) -> Model {
     }
 }
 
-/// Moves triangles to the world, without those that are too far there.
+/// Transforms triangles to world space, without those that are too far from the origin there.
 fn place(triangles: &mut Vec<Triangle>, world: Mat4) {
     let normal_from_local = cofactors(Mat3::from_mat4(world));
     triangles.retain_mut(|triangle| {
@@ -92,9 +92,9 @@ fn place(triangles: &mut Vec<Triangle>, world: Mat4) {
     });
 }
 
-/// What a glTF file holds: names and counts.
+/// Contents of a glTF file: names and counts.
 pub(super) fn facts(path: &Path) -> Vec<(&'static str, String)> {
-    let Ok(file) = File::open(path) else { return Vec::new() };
+    let Ok(file) = GltfFile::open(path) else { return Vec::new() };
     let document = &file.document;
     let counts = [
         ("nodes", document.nodes().len()),

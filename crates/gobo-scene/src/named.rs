@@ -1,8 +1,8 @@
-//! Files that a scene names, by which it can be copied whole.
+//! Files that a scene names, so that it can be copied as a whole.
 use super::{
     SceneError, dense,
     document::{Document, TextureSource, VolumeTable},
-    gltf::file::File,
+    gltf::file::GltfFile,
     load::{document, scene_text},
     obj, read,
     source::SceneText,
@@ -15,8 +15,8 @@ use std::{
 };
 use toml::Spanned;
 
-/// The file of a scene, and all files that it and its models name, each once. Names are relative to the scene's
-/// folder; a scene that names others is refused.
+/// The file of a scene, and all files that it and its models name, each once. Names are relative to the
+/// scene's folder; absolute names are refused.
 pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let mut files = named_files(path)?;
     read::check(&files[0])?;
@@ -54,7 +54,7 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
 /// Files that a model names.
 fn named_by_model(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     match path.extension().unwrap_or_default().to_ascii_lowercase().to_str() {
-        Some("glb" | "gltf") => File::open(path)?.named(),
+        Some("glb" | "gltf") => GltfFile::open(path)?.named(),
         Some("obj") => obj::named(path),
         _ => Ok(Vec::new()),
     }

@@ -1,5 +1,5 @@
-//! Animated tileable noise: an alpha texture that scrolls and evolves, for flowing smoke as a cutout
-//! shadow.
+//! Animated tileable noise: an alpha texture that scrolls and evolves, for the cutout shadow of flowing
+//! smoke.
 use super::{numbers::array, painted};
 use glam::{IVec2, Vec2};
 use gobo::{
@@ -12,17 +12,17 @@ use rayon::prelude::*;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum KindOfTexture {
-    /// White, with five octaves of gradient noise (Perlin 2002) for alpha.
+    /// White; five octaves of gradient noise (Perlin 2002) are the alpha.
     Noise,
-    /// A chessboard, white and in the colours of the rainbow.
+    /// A chessboard of white and rainbow colours.
     Checks,
-    /// Upright stripes in the colours of the rainbow.
+    /// Upright stripes in rainbow colours.
     Stripes,
     /// Grey: a net of bright lines, a quarter as bright as white on average.
     Caustics,
 }
 
-/// A generated texture, which repeats at its edges.
+/// A generated texture that tiles.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
@@ -113,13 +113,13 @@ impl Noise {
             sum += gradient_noise(uv * cells as f32, age * (octave + 1) as f32, cells, seed)
                 / (1 << octave) as f32;
         }
-        // A smooth step from -2 to 2 deviations.
+        // A smoothstep from -2 to 2 deviations.
         let t = (0.5 + sum / (4.0 * SPREAD)).clamp(0.0, 1.0);
         t * t * (3.0 - 2.0 * t)
     }
 }
 
-/// Gradient noise on a lattice that repeats after `cells`; gradients rotate as `age` grows.
+/// Gradient noise on a lattice that repeats after `cells`; gradients rotate with `age`.
 fn gradient_noise(at: Vec2, age: f32, cells: u32, seed: u32) -> f32 {
     let low = at.floor();
     let part = at - low;
@@ -128,7 +128,7 @@ fn gradient_noise(at: Vec2, age: f32, cells: u32, seed: u32) -> f32 {
         let cell = (low.as_ivec2() + IVec2::new(x, y)).rem_euclid(IVec2::splat(cells as i32));
         let hash = pcg(cell.x as u32 ^ pcg(cell.y as u32 ^ seed));
         let turns = (hash >> 8) as f32 / (1 << 24) as f32;
-        // Neighbours rotate in either direction, so that the whole does not.
+        // Neighbours rotate in opposite directions, so that the pattern as a whole does not rotate.
         let speed = if hash & 1 == 0 { age } else { -age };
         let gradient = Vec2::from_angle((turns + speed.fract()) * std::f32::consts::TAU);
         gradient.dot(part - Vec2::new(x as f32, y as f32))

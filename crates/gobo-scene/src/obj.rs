@@ -5,7 +5,7 @@ use super::{
     faces::{Face, Surface},
     gltf::Earlier,
     limits::{self, Limit},
-    obj_materials::{Materials, beside},
+    obj_materials::{ObjMaterials, beside},
     particles::linear_from_srgb,
     read,
 };
@@ -21,7 +21,7 @@ use tobj::{LoadError, LoadOptions, Mesh};
 
 const DAMAGED: &str = "the file is cut off or damaged: export it again";
 
-/// Largest share of the file's length that its parsed vertices and faces take.
+/// Bound of the memory for parsed vertices and faces, in lengths of the file.
 const PARSED: u64 = 24;
 
 /// Most bytes of an MTL file.
@@ -30,7 +30,7 @@ const MAX_MTL: u64 = 1 << 24;
 const OPTIONS: LoadOptions =
     LoadOptions { single_index: false, triangulate: true, ignore_points: true, ignore_lines: true };
 
-/// What a file names, and what the crate makes of it.
+/// Files that an OBJ file names, and its contents as the `tobj` crate parses them.
 struct Parsed {
     models: Vec<tobj::Model>,
     materials: Vec<tobj::Material>,
@@ -39,7 +39,7 @@ struct Parsed {
     notes: Vec<String>,
 }
 
-/// Reads a file. `blend`: transfer of what is partly transparent, if not the usual one.
+/// Reads a file. `blend`: transfer of partly transparent materials, if not the usual one.
 pub(super) fn read(
     path: &Path,
     earlier: &Earlier,
@@ -47,7 +47,7 @@ pub(super) fn read(
 ) -> Result<Surface, SceneError> {
     let Parsed { models, materials, notes, .. } = parse(path)?;
     let mut surface = Surface { notes, ..Surface::default() };
-    let mut made = Materials::new(path, earlier, blend, materials);
+    let mut made = ObjMaterials::new(path, earlier, blend, materials);
     let count = models.iter().fold(0, |sum: u64, model| sum + model.mesh.indices.len() as u64 / 3);
     Limit::Triangles.grown_in(path, earlier.triangles as u64, count)?;
     limits::reserve(&mut surface.faces, count as usize, "triangles", path)?;
@@ -55,7 +55,7 @@ pub(super) fn read(
         let material = made.add(model.mesh.material_id)?;
         add(&mut surface, &model.mesh, material, id as u32);
     }
-    // Meshes without normals beside some with them have those of their faces.
+    // Meshes without normals get those of their faces, also beside meshes with normals.
     (surface.materials, surface.textures) = made.finish(&mut surface.notes);
     Ok(surface)
 }
@@ -63,7 +63,7 @@ pub(super) fn read(
 /// MTL files and images that a file names.
 pub(super) fn named(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let Parsed { materials, mut files, .. } = parse(path)?;
-    files.extend(materials.iter().flat_map(|material| Materials::images(path, material)));
+    files.extend(materials.iter().flat_map(|material| ObjMaterials::images(path, material)));
     files.retain(|file| read::is_file(file));
     Ok(files)
 }
@@ -77,7 +77,7 @@ fn parse(path: &Path) -> Result<Parsed, SceneError> {
     let (notes, files) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
     let known = RefCell::new(HashSet::new());
     let mtl = |named: &Path| {
-        // Files that are named again would be read again.
+        // Without this, files that are named again would be read again.
         if !known.borrow_mut().insert(named.to_owned()) {
             return Ok(Default::default());
         }
@@ -87,7 +87,7 @@ fn parse(path: &Path) -> Result<Parsed, SceneError> {
             is_short.then(|| read::bytes(file).ok()).flatten()
         });
         let read = bytes.map_or(Err(LoadError::OpenFileFailed), |bytes| {
-            // A line that is not understood costs itself, not all materials.
+            // A line that cannot be parsed is skipped; the other materials stay.
             Ok(materials_of(&bytes))
         });
         if read.is_err() {
@@ -110,7 +110,7 @@ fn parse(path: &Path) -> Result<Parsed, SceneError> {
     Ok(Parsed { models, materials, files, notes })
 }
 
-/// Materials of an MTL file, and their names; without lines that cannot be read.
+/// Materials of an MTL file, and their names; lines that cannot be parsed are skipped.
 fn materials_of(bytes: &[u8]) -> (Vec<tobj::Material>, HashMap<String, usize>) {
     let text = String::from_utf8_lossy(bytes);
     if let Ok(materials) = tobj::load_mtl_buf(&mut text.as_bytes()) {
@@ -138,7 +138,7 @@ fn add(surface: &mut Surface, mesh: &Mesh, material: u32, id: u32) {
     let colors = mesh.vertex_color.as_chunks::<3>().0;
     if colors.len() == positions.len() && !colors.is_empty() {
         vertices.colors.resize(first, VertexColor::WHITE);
-        // As screens show them, like those of other files of bytes.
+        // sRGB, as in other files with colours in bytes.
         let color =
             |rgb: &[f32; 3]| Vec3::from_array(rgb.map(|c| linear_from_srgb(c.clamp(0.0, 1.0))));
         vertices.colors.extend(colors.iter().map(|rgb| VertexColor::new(color(rgb).extend(1.0))));

@@ -1,7 +1,8 @@
 //! Materials of MTL files as casters.
 //!
-//! `Kd` is the colour and `d` (or 1 - `Tr`) its coverage: below 1 the transfer is `smoke`, as of alphaMode BLEND in glTF. `map_d`
-//! makes a cut-out. `Ns` becomes a roughness by Karis 2013, section "Specular D"; `Pr`, `Pm` and `Ke` are taken as they are.
+//! `Kd` is the colour and `d` (or 1 - `Tr`) its coverage: below 1 the transfer is `smoke`, as for alphaMode
+//! BLEND in glTF. `map_d` makes a cut-out. `Ns` becomes a roughness by Karis 2013, section "Specular D";
+//! `Pr`, `Pm` and `Ke` are used unchanged.
 use super::{SceneError, gltf::Earlier, images, limits::Limit, read};
 use glam::Vec3;
 use gobo::model::{Material, Texture, Transfer};
@@ -19,10 +20,10 @@ const GREY: f32 = 0.7;
 /// Largest emission that is kept; beyond it pictures are white anyway.
 const MAX_EMISSION: f32 = 1e4;
 
-/// Lines of a material that say how it is shaded, and are not read.
+/// Keys of shading that are not read.
 const UNREAD: [&str; 4] = ["Ka", "Ks", "Tf", "illum"];
 
-pub(super) struct Materials<'a> {
+pub(super) struct ObjMaterials<'a> {
     path: &'a Path,
     earlier: &'a Earlier,
     texels: u64,
@@ -30,14 +31,14 @@ pub(super) struct Materials<'a> {
     source: Vec<tobj::Material>,
     made: Vec<Material>,
     textures: Vec<Texture>,
-    /// Materials by that of the file, and textures by their images: of colours, and of coverage.
+    /// Materials by their index in the file, and textures by their images of colour and coverage.
     known: HashMap<Option<usize>, u32>,
     images: HashMap<[Option<PathBuf>; 2], Option<u32>>,
     /// Images that cannot be read.
     missing: HashSet<String>,
 }
 
-impl<'a> Materials<'a> {
+impl<'a> ObjMaterials<'a> {
     pub(super) fn new(
         path: &'a Path,
         earlier: &'a Earlier,
@@ -56,7 +57,7 @@ impl<'a> Materials<'a> {
         names.into_iter().flatten().filter_map(|name| beside(path, file_of(name))).collect()
     }
 
-    /// The material for one of the file.
+    /// Index of the caster material for a material of the file.
     pub(super) fn add(&mut self, source: Option<usize>) -> Result<u32, SceneError> {
         let source = source.filter(|index| *index < self.source.len());
         if let Some(&known) = self.known.get(&source) {
@@ -123,7 +124,7 @@ impl<'a> Materials<'a> {
         })
     }
 
-    /// The texture of two images; `None` if there is none that can be read.
+    /// The texture of two images; `None` if neither can be read.
     fn texture(&mut self, names: [Option<&str>; 2]) -> Result<Option<u32>, SceneError> {
         let mut image = |name: Option<&str>| {
             let name = name?;
@@ -164,7 +165,7 @@ impl<'a> Materials<'a> {
         {
             let cover = decoded(cover)?;
             let (width, height) = image.dimensions();
-            // The nearest texel, if sizes differ.
+            // The nearest texel if the sizes differ.
             for (x, y, pixel) in image.enumerate_pixels_mut() {
                 let at = |i: u32, of: u32, to: u32| {
                     (u64::from(i) * u64::from(to) / u64::from(of)) as u32
@@ -221,7 +222,7 @@ pub(super) fn beside(path: &Path, name: &str) -> Option<PathBuf> {
     Some(path.with_file_name("").join(name))
 }
 
-/// The file of a line that may have options before it.
+/// The file's name in a line that may begin with options.
 fn file_of(line: &str) -> &str {
     if line.starts_with('-') {
         line.rsplit(char::is_whitespace).next().unwrap_or(line)
@@ -230,7 +231,7 @@ fn file_of(line: &str) -> &str {
     }
 }
 
-/// Coverage that an image says: its alpha, or, of an opaque one, its red.
+/// Coverage by an image: its alpha or, if it is opaque, its red channel.
 fn alpha([r, _, _, a]: [u8; 4]) -> u8 {
     if a < 255 { a } else { r }
 }

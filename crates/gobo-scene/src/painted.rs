@@ -1,15 +1,15 @@
-//! Generated pictures for textures: test patterns of a projector, and caustics under water.
+//! Generated images for textures: a projector's test patterns, and underwater caustics.
 use glam::{IVec2, Vec2};
 use gobo::records::pcg;
 
-/// sRGB of linear light (IEC 61966-2-1).
+/// sRGB encoding of linear light (IEC 61966-2-1).
 fn srgb(light: f32) -> u8 {
     let v = light.clamp(0.0, 1.0);
     let v = if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (v * 255.0).round() as u8
 }
 
-/// A colour of the rainbow; `turn` repeats after 1.
+/// A rainbow colour, with period 1 in `turn`.
 fn rainbow(turn: f32) -> [u8; 4] {
     let channel = |shift: f32| {
         let t = (turn + shift).rem_euclid(1.0);
@@ -32,7 +32,7 @@ pub(super) fn stripes(uv: Vec2, cells: u32) -> [u8; 4] {
     rainbow(cell as f32 / cells as f32)
 }
 
-/// Bright lines along the borders of cells around wandering points (Worley 1996).
+/// Bright lines along the borders of the Voronoi cells of wandering points (Worley 1996).
 pub(super) struct Caustics {
     coarse: Net,
     fine: Net,
@@ -56,10 +56,10 @@ impl Caustics {
     }
 }
 
-/// Lines between the points of a lattice of cells that repeats.
+/// Lines between the points of a tiling lattice of cells.
 struct Net {
     cells: u32,
-    /// Of each cell, row by row: its point from its middle \[cells\].
+    /// Position of each cell's point relative to its middle, row by row \[cells\].
     points: Vec<Vec2>,
 }
 
@@ -79,7 +79,7 @@ impl Net {
     fn at(&self, uv: Vec2) -> f32 {
         let at = uv * self.cells as f32;
         let low = at.floor().as_ivec2();
-        // Squares of the least distances.
+        // Squares of the two smallest distances.
         let (mut first, mut second) = (f32::MAX, f32::MAX);
         for y in low.y - 1..=low.y + 1 {
             let row = y.rem_euclid(self.cells as i32) as usize * self.cells as usize;
@@ -93,7 +93,7 @@ impl Net {
     }
 }
 
-/// Least brightness, peak at a border, and its falloff.
+/// Minimum brightness, peak at a border, and its falloff.
 const FLOOR: f32 = 0.08;
 const PEAK: f32 = 0.92;
 const SHARPNESS: f32 = 10.8;

@@ -1,4 +1,4 @@
-//! Particle files: a row per particle, by named columns.
+//! Particle files: a row per particle, in named columns.
 use super::{
     SceneError,
     error::quoted,
@@ -24,7 +24,7 @@ pub struct ParticleFile {
 /// Contents of a file of strands.
 #[derive(Debug)]
 pub(super) struct StrandFile {
-    /// Rows of equal id, one behind the other; all rows of a file without ids.
+    /// One strand for the rows of each id, in the order of rows; one for all rows of a file without ids.
     pub(super) strands: Vec<Strand>,
     /// Rows left out, by reason.
     pub(super) skipped: Skipped,
@@ -32,7 +32,7 @@ pub(super) struct StrandFile {
 }
 
 /// Columns of a row, in the order of [`NAMES`].
-pub(super) type Row = [f64; NAMES.len()];
+pub(super) type ParticleRow = [f64; NAMES.len()];
 
 /// Names of the columns; the first three are required.
 pub(super) const NAMES: [&str; 10] =
@@ -45,7 +45,7 @@ const ROTATION: usize = 8;
 const ID: usize = 9;
 
 /// Values of a row for missing columns.
-pub(super) const BLANK: Row = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+pub(super) const BLANK: ParticleRow = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
 
 /// Storage of a column in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,7 +61,7 @@ pub(super) enum Storage {
 /// Longest head of a file that is read ahead \[bytes\].
 const LONGEST_HEAD: u64 = 1 << 16;
 
-/// Radius of particles that are all at one point \[m\].
+/// Radius of particles that all coincide \[m\].
 const LONE_RADIUS: f32 = 0.05;
 
 /// Columns of a file.
@@ -102,13 +102,13 @@ impl Columns {
     }
 }
 
-/// What rows are made into.
+/// Target of the rows.
 #[derive(Clone, Copy)]
 pub(super) struct RowKind<'a> {
     material: &'a Material,
     material_id: u32,
     first_id: u32,
-    /// Whether radii of 0 are valid, and all rows without an id have the first.
+    /// Whether radii of 0 are valid, and all rows without an id belong to the first.
     of_strands: bool,
     storage: [Storage; NAMES.len()],
 }
@@ -116,9 +116,9 @@ pub(super) struct RowKind<'a> {
 /// Conversion of rows to particles.
 pub(super) struct Rows<'a> {
     pub(super) kind: RowKind<'a>,
-    /// Particles of the scene before this file.
+    /// Number of the scene's particles before this file.
     earlier: u64,
-    /// Rows so far.
+    /// Number of rows so far.
     pub(super) count: u32,
     particles: Vec<Particle>,
     skipped: Skipped,
@@ -127,7 +127,7 @@ pub(super) struct Rows<'a> {
 
 /// Loads a file. `material_id` is stored in the particles; ids default to row number + `first_id`.
 /// `default_radius` \[m\] is for files without a radius column; if it is `None` too, the radius is half the
-/// mean spacing, estimated from bounds and count. `earlier`: particles that the scene has already.
+/// mean spacing, estimated from bounds and count. `earlier`: particles that the scene already has.
 pub(super) fn load(
     path: &Path,
     material: &Material,
@@ -140,7 +140,8 @@ pub(super) fn load(
     Rows { earlier, ..Rows::new(kind) }.load(path, default_radius)
 }
 
-/// Loads a file of strands, with the columns of particles. `default_radius` \[m\] is for files without a radius column.
+/// Loads a file of strands, with the columns of particles. `default_radius` \[m\] is for files without a
+/// radius column.
 pub(super) fn load_strands(
     path: &Path,
     material: &Material,
@@ -160,8 +161,8 @@ pub(super) fn load_strands(
     Ok(StrandFile { strands: of_rows.collect(), skipped, notes })
 }
 
-/// Number of particles that the head of a PLY file promises, if the file is long enough for them; a CSV file
-/// has none.
+/// Number of particles that a PLY file's header announces, if the file is long enough for them; `None` for a
+/// CSV file.
 pub(super) fn announced(path: &Path) -> Option<u64> {
     if let Some(count) = points::announced(path) {
         return Some(count);
@@ -238,7 +239,7 @@ impl<'a> Rows<'a> {
         self.notes.push(format!("{}: {what}", path.display()));
     }
 
-    /// Adds what the next row was made into.
+    /// Adds the result of the next row.
     pub(super) fn push(&mut self, particle: Result<Particle, &'static str>) {
         match particle {
             Ok(particle) => self.particles.push(particle),
@@ -254,8 +255,12 @@ impl<'a> RowKind<'a> {
         Self { material, material_id, first_id: 0, of_strands: false, storage }
     }
 
-    /// The particle of a row, or why it is left out. `number`: of the row.
-    pub(super) fn particle(&self, row: &Row, number: u32) -> Result<Particle, &'static str> {
+    /// The particle of a row, or the reason to leave it out. `number`: of the row.
+    pub(super) fn particle(
+        &self,
+        row: &ParticleRow,
+        number: u32,
+    ) -> Result<Particle, &'static str> {
         let value = |i: usize| row[i] as f32;
         let color = |i: usize| match self.storage[i] {
             Storage::Byte if i == ALPHA => value(i) / 255.0,
@@ -305,7 +310,7 @@ fn half_spacing(particles: &[Particle]) -> f32 {
 }
 
 fn read_csv(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(), SceneError> {
-    // A quoted field may hold the rest of the file, in a buffer that doubles as it grows.
+    // One quoted field may hold the rest of the file, in a buffer that doubles as it grows.
     if !limits::has_memory(3 * bytes.len() as u64) {
         return Err(SceneError::memory(path, "no memory for the rows of the file"));
     }

@@ -72,11 +72,11 @@ fn kind_found(found: &str) -> String {
     value.unwrap_or_else(|| "something else".to_owned())
 }
 
-/// The name that was probably meant, or the known names.
+/// The known name closest to `name`, or else the known names.
 pub(super) fn nearest<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> Option<String> {
     /// Most names in a remedy.
     const NAMED: usize = 24;
-    /// Longest name that is compared, which takes the product of two lengths \[bytes\].
+    /// Longest name that is compared: the time is the product of two lengths \[bytes\].
     const LONGEST: usize = 100;
     let known: Vec<&str> = known.into_iter().collect();
     let close = |other: &str| {

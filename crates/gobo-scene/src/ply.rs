@@ -1,10 +1,10 @@
-//! PLY: the rows after the header.
+//! Particles of PLY files: the rows after the header.
 use super::{
     SceneError,
-    error::quoted,
+    error::{Fault, quoted},
     particles::{BLANK, Columns, NAMES, Rows, Storage},
-    ply_body::{Body, Table, most_rows},
-    ply_header::{self, Element, Fault, Header, Kind, Scalar},
+    ply_body::{ElementTable, PlyBody, most_rows},
+    ply_header::{self, Element, PlyHeader, PropertyKind, Scalar},
 };
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(),
         .map_err(|(message, help)| SceneError::invalid(path, message, help))?;
     refuse_splats(path, &header)?;
     let invalid = |(message, help): Fault| SceneError::invalid(path, message, help);
-    let mut body = Body::new(&header, bytes);
+    let mut body = PlyBody::new(&header, bytes);
     let mut has_vertices = false;
     for element in &header.elements {
         body.check_count(element).map_err(invalid)?;
@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], rows: &mut Rows<'_>) -> Result<(),
     Ok(())
 }
 
-/// Number of particles that a header promises, given the first bytes of a file and its length; `None` if the
+/// Number of particles that a header announces, given the first bytes of a file and its length; `None` if the
 /// file is too short for them.
 pub(super) fn announced((head, length): (Vec<u8>, u64)) -> Option<u64> {
     let header = ply_header::parse(&head).ok()?;
@@ -65,12 +65,11 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
     facts
 }
 
-/// Columns of anisotropic Gaussians in files of 3D Gaussian splatting and its relatives. Read as discs they
-/// would be wrong.
+/// Columns of anisotropic Gaussians, as in 3D Gaussian splatting. Read as discs they would be wrong.
 const SPLATS: [&str; 6] =
     ["scale_0", "rot_0", "f_dc_0", "packed_position", "packed_rotation", "packed_scale"];
 
-fn refuse_splats(path: &Path, header: &Header) -> Result<(), SceneError> {
+fn refuse_splats(path: &Path, header: &PlyHeader) -> Result<(), SceneError> {
     let mut properties = header.elements.iter().flat_map(|element| &element.properties);
     let Some(found) = properties.find(|property| SPLATS.contains(&property.name.as_str())) else {
         return Ok(());
@@ -82,7 +81,7 @@ fn refuse_splats(path: &Path, header: &Header) -> Result<(), SceneError> {
 
 fn read_vertices(
     path: &Path,
-    body: &mut Body<'_>,
+    body: &mut PlyBody<'_>,
     element: &Element,
     rows: &mut Rows<'_>,
 ) -> Result<(), SceneError> {
@@ -91,12 +90,12 @@ fn read_vertices(
         .properties
         .iter()
         .map(|property| match property.kind {
-            Kind::One(scalar) => columns.find(&property.name, storage_of(scalar)),
-            Kind::List { .. } => columns.unread(&property.name),
+            PropertyKind::One(scalar) => columns.find(&property.name, storage_of(scalar)),
+            PropertyKind::List { .. } => columns.unread(&property.name),
         })
         .collect();
     rows.begin(path, &columns, element.count)?;
-    let table = Table { columns: of_properties, width: NAMES.len() };
+    let table = ElementTable { columns: of_properties, width: NAMES.len() };
     let (kind, earlier) = (rows.kind, rows.count);
     let read = |number: usize, read: &[f64]| {
         let mut row = BLANK;

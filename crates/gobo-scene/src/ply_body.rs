@@ -1,54 +1,54 @@
-//! The rows of a PLY file, behind its header.
+//! The rows of a PLY file, after its header.
 use super::{
-    error::quoted,
-    ply_header::{Element, Encoding, Fault, Header, Kind, Scalar},
+    error::{Fault, quoted},
+    ply_header::{Element, PlyEncoding, PlyHeader, PropertyKind, Scalar},
 };
 use rayon::prelude::*;
 
-/// Rows that a core reads at a time, and such blocks that are in memory.
+/// Rows that a core reads at a time, and number of such blocks in memory.
 const BLOCK: usize = 1 << 14;
 const WAVE: usize = 64;
 
 const DAMAGED: &str = "the file is damaged or its header is wrong: write it again";
 
-/// Columns of an element's properties in the rows that are taken from it.
+/// Columns that are taken from the rows of an element.
 #[derive(Clone, Debug)]
-pub(super) struct Table {
-    /// Column in a row of each property; `None` for one that is not read.
+pub(super) struct ElementTable {
+    /// Column of each property in a row; `None` if it is not read.
     pub(super) columns: Vec<Option<usize>>,
-    /// Numbers of a row.
+    /// Numbers per row.
     pub(super) width: usize,
 }
 
-/// Most rows of an element in so many bytes.
-pub(super) fn most_rows(element: &Element, encoding: Encoding, bytes: u64) -> u64 {
+/// Upper bound of an element's rows in `bytes`.
+pub(super) fn most_rows(element: &Element, encoding: PlyEncoding, bytes: u64) -> u64 {
     // The last line of an ascii file may lack its line end.
     (bytes + 1) / least_size(element, encoding).max(1)
 }
 
 /// Least size of a row \[bytes\].
-fn least_size(element: &Element, encoding: Encoding) -> u64 {
+fn least_size(element: &Element, encoding: PlyEncoding) -> u64 {
     let least = match encoding {
-        Encoding::Ascii => element.properties.len(),
+        PlyEncoding::Ascii => element.properties.len(),
         _ => element.properties.iter().map(|property| property.kind.least_size()).sum(),
     };
     least as u64
 }
 
 /// Size of every row \[bytes\]; `None` if they differ.
-fn row_size(element: &Element, encoding: Encoding) -> Option<usize> {
-    let size = |kind: Kind| match kind {
-        Kind::One(scalar) => Some(scalar.size()),
-        Kind::List { .. } => None,
+fn row_size(element: &Element, encoding: PlyEncoding) -> Option<usize> {
+    let size = |kind: PropertyKind| match kind {
+        PropertyKind::One(scalar) => Some(scalar.size()),
+        PropertyKind::List { .. } => None,
     };
-    let is_text = encoding == Encoding::Ascii;
+    let is_text = encoding == PlyEncoding::Ascii;
     (!is_text).then(|| element.properties.iter().map(|property| size(property.kind)).sum())?
 }
 
 /// The part of the file after the header.
 #[derive(Debug)]
-pub(super) struct Body<'a> {
-    encoding: Encoding,
+pub(super) struct PlyBody<'a> {
+    encoding: PlyEncoding,
     rest: &'a [u8],
     /// Number of the last line read, ascii only.
     line: usize,
@@ -60,18 +60,18 @@ enum Problem {
     Wrong(String),
 }
 
-impl<'a> Body<'a> {
-    /// What is behind the header of `bytes`.
-    pub(super) fn new(header: &Header, bytes: &'a [u8]) -> Self {
+impl<'a> PlyBody<'a> {
+    /// The bytes after the header.
+    pub(super) fn new(header: &PlyHeader, bytes: &'a [u8]) -> Self {
         let (encoding, line) = (header.encoding, header.lines);
         Self { encoding, rest: &bytes[header.length..], line }
     }
 
-    /// Checks that a header promises no more than the file can hold.
+    /// Checks that a header announces no more than the file can hold.
     pub(super) fn check_count(&self, element: &Element) -> Result<(), Fault> {
         let most = most_rows(element, self.encoding, self.rest.len() as u64);
         let is_empty = least_size(element, self.encoding) == 0;
-        if element.count as u64 <= most || is_empty && self.encoding != Encoding::Ascii {
+        if element.count as u64 <= most || is_empty && self.encoding != PlyEncoding::Ascii {
             return Ok(());
         }
         let message = format!(
@@ -86,7 +86,7 @@ impl<'a> Body<'a> {
         let (name, count) = (quoted(&element.name), element.count);
         let message = match problem {
             Problem::Ends => format!("the file ends in row {} of {count} of {name}", row + 1),
-            Problem::Wrong(what) if self.encoding == Encoding::Ascii => {
+            Problem::Wrong(what) if self.encoding == PlyEncoding::Ascii => {
                 format!("line {}: {what}", self.line)
             }
             Problem::Wrong(what) => format!("row {} of {name}: {what}", row + 1),
@@ -97,7 +97,7 @@ impl<'a> Body<'a> {
     /// Reads a row of an element, value by value: `put` gets the property's index and its value, 0 for a
     /// list.
     fn row(&mut self, element: &Element, mut put: impl FnMut(usize, f64)) -> Result<(), Problem> {
-        if self.encoding != Encoding::Ascii {
+        if self.encoding != PlyEncoding::Ascii {
             for (i, property) in element.properties.iter().enumerate() {
                 put(i, self.binary_value(property.kind)?);
             }
@@ -124,7 +124,7 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Gives the items of list `which` of each row of an element to `take`.
+    /// Passes the items of list `which` in each row of an element to `take`.
     pub(super) fn lists(
         &mut self,
         element: &Element,
@@ -141,18 +141,18 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Reads a row of which only the items of a list count.
+    /// Reads a row, keeping only the items of a list.
     fn list(
         &mut self,
         element: &Element,
         which: usize,
         items: &mut Vec<f64>,
     ) -> Result<(), Problem> {
-        if self.encoding == Encoding::Ascii {
+        if self.encoding == PlyEncoding::Ascii {
             let line = self.next_line().ok_or(Problem::Ends)?;
             let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
             for (i, property) in element.properties.iter().enumerate() {
-                let Kind::List { item, .. } = property.kind else {
+                let PropertyKind::List { item, .. } = property.kind else {
                     ascii_value(&mut words, property.kind).map_err(Problem::Wrong)?;
                     continue;
                 };
@@ -160,16 +160,17 @@ impl<'a> Body<'a> {
                     ascii_value(&mut words, property.kind).map_err(Problem::Wrong)?;
                     continue;
                 }
-                let length = ascii_value(&mut words, Kind::One(item)).map_err(Problem::Wrong)?;
+                let length =
+                    ascii_value(&mut words, PropertyKind::One(item)).map_err(Problem::Wrong)?;
                 for _ in 0..length as usize {
-                    let value = ascii_value(&mut words, Kind::One(item));
+                    let value = ascii_value(&mut words, PropertyKind::One(item));
                     items.push(value.map_err(Problem::Wrong)?);
                 }
             }
             return Ok(());
         }
         for (i, property) in element.properties.iter().enumerate() {
-            let Kind::List { length, item } = property.kind else {
+            let PropertyKind::List { length, item } = property.kind else {
                 self.binary_value(property.kind)?;
                 continue;
             };
@@ -192,12 +193,12 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// Gives each row of an element to `read`, as its number and the numbers at `table`'s columns, and what that returns
-    /// to `take`, in order. Rows of one size are read on all cores.
+    /// Passes each row of an element to `read`, as its number and its numbers in `table`'s columns, and each
+    /// result to `take`, in order. Rows of one size are read on all cores.
     pub(super) fn rows<T: Send>(
         &mut self,
         element: &Element,
-        table: &Table,
+        table: &ElementTable,
         read: impl Fn(usize, &[f64]) -> T + Sync,
         mut take: impl FnMut(T) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
@@ -214,7 +215,7 @@ impl<'a> Body<'a> {
         };
         let size = size.unwrap_or(1);
         let block = |(number, bytes): (usize, &[u8])| {
-            let mut body = Body { encoding: self.encoding, rest: bytes, line: 0 };
+            let mut body = PlyBody { encoding: self.encoding, rest: bytes, line: 0 };
             let mut row = vec![0.0; table.width];
             let mut row_of = |i: usize| {
                 body.numbers(element, table, &mut row).map(|()| read(number * BLOCK + i, &row))
@@ -237,7 +238,7 @@ impl<'a> Body<'a> {
     fn numbers(
         &mut self,
         element: &Element,
-        table: &Table,
+        table: &ElementTable,
         row: &mut [f64],
     ) -> Result<(), Problem> {
         self.row(element, |column, value| {
@@ -247,7 +248,7 @@ impl<'a> Body<'a> {
         })
     }
 
-    /// A note about bytes behind the last row.
+    /// A note about bytes after the last row.
     pub(super) fn left_over(&self) -> Option<String> {
         let left = self.rest.trim_ascii().len();
         let bytes = if left == 1 { "1 byte" } else { &format!("{left} bytes") };
@@ -271,10 +272,10 @@ impl<'a> Body<'a> {
     }
 
     /// The next binary value; 0 for a list, which is skipped.
-    fn binary_value(&mut self, kind: Kind) -> Result<f64, Problem> {
+    fn binary_value(&mut self, kind: PropertyKind) -> Result<f64, Problem> {
         match kind {
-            Kind::One(scalar) => self.binary_scalar(scalar).ok_or(Problem::Ends),
-            Kind::List { length, item } => {
+            PropertyKind::One(scalar) => self.binary_scalar(scalar).ok_or(Problem::Ends),
+            PropertyKind::List { length, item } => {
                 let length = self.binary_scalar(length).ok_or(Problem::Ends)?;
                 if length < 0.0 {
                     return Err(Problem::Wrong(format!("a list of {length} items")));
@@ -291,7 +292,7 @@ impl<'a> Body<'a> {
             ($kind:ty) => {{
                 let (head, rest) = self.rest.split_first_chunk()?;
                 self.rest = rest;
-                Some(if self.encoding == Encoding::LittleEndian {
+                Some(if self.encoding == PlyEncoding::LittleEndian {
                     <$kind>::from_le_bytes(*head).into()
                 } else {
                     <$kind>::from_be_bytes(*head).into()
@@ -312,10 +313,13 @@ impl<'a> Body<'a> {
 }
 
 /// The next ascii value; 0 for a list, which is skipped.
-fn ascii_value<'w>(words: &mut impl Iterator<Item = &'w [u8]>, kind: Kind) -> Result<f64, String> {
+fn ascii_value<'w>(
+    words: &mut impl Iterator<Item = &'w [u8]>,
+    kind: PropertyKind,
+) -> Result<f64, String> {
     let word = words.next().ok_or("the row has too few numbers")?;
     let text = String::from_utf8_lossy(word);
-    if matches!(kind, Kind::One(_)) {
+    if matches!(kind, PropertyKind::One(_)) {
         return text.parse().map_err(|_| format!("{} is not a number", quoted(&text)));
     }
     let length: usize =

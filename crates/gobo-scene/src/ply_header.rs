@@ -1,10 +1,10 @@
 //! The header of a PLY file (Turk 1994).
-use super::error::quoted;
+use super::error::{Fault, quoted};
 use std::collections::HashSet;
 
 /// Encoding of the numbers in the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(super) enum PlyEncoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -53,7 +53,7 @@ impl Scalar {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PropertyKind {
     One(Scalar),
     /// A list: its length, then its items.
     List {
@@ -62,7 +62,7 @@ pub(super) enum Kind {
     },
 }
 
-impl Kind {
+impl PropertyKind {
     /// Least size of the value in a row \[bytes\].
     pub(super) fn least_size(self) -> usize {
         match self {
@@ -74,7 +74,7 @@ impl Kind {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Property {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: PropertyKind,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -86,20 +86,17 @@ pub(super) struct Element {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Header {
-    pub(super) encoding: Encoding,
+pub(super) struct PlyHeader {
+    pub(super) encoding: PlyEncoding,
     pub(super) elements: Vec<Element>,
     pub(super) lines: usize,
     /// Offset of the body \[bytes\].
     pub(super) length: usize,
 }
 
-/// The problem and the remedy.
-pub(super) type Fault = (String, &'static str);
-
 const WRITE_AGAIN: &str = "write a PLY 1.0 header, from `ply` to `end_header`";
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<PlyHeader, Fault> {
     let mut lines = Lines::new(bytes);
     if lines.next() != Some("ply") {
         return Err((at(1, "this is no PLY file: it does not start with `ply`"), WRITE_AGAIN));
@@ -118,9 +115,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
             ["end_header"] => break,
             ["format", name, version] => {
                 encoding = Some(match name {
-                    "ascii" => Encoding::Ascii,
-                    "binary_little_endian" => Encoding::LittleEndian,
-                    "binary_big_endian" => Encoding::BigEndian,
+                    "ascii" => PlyEncoding::Ascii,
+                    "binary_little_endian" => PlyEncoding::LittleEndian,
+                    "binary_big_endian" => PlyEncoding::BigEndian,
                     _ => {
                         let help = "formats are ascii, binary_little_endian and binary_big_endian";
                         return fault(format!("no known format: {}", quoted(name)), help);
@@ -165,25 +162,25 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
     let Some(encoding) = encoding else {
         return Err(("the PLY header has no `format`".to_owned(), WRITE_AGAIN));
     };
-    Ok(Header { encoding, elements, lines: lines.count, length: lines.start })
+    Ok(PlyHeader { encoding, elements, lines: lines.count, length: lines.start })
 }
 
 fn at(line: usize, problem: &str) -> String {
     format!("line {line} of the PLY header: {problem}")
 }
 
-fn parse_kind(words: &[&str]) -> Option<Kind> {
+fn parse_kind(words: &[&str]) -> Option<PropertyKind> {
     match *words {
-        [one] => Scalar::parse(one).map(Kind::One),
+        [one] => Scalar::parse(one).map(PropertyKind::One),
         ["list", length, item] => {
             let length = Scalar::parse(length).filter(|length| length.is_whole())?;
-            Some(Kind::List { length, item: Scalar::parse(item)? })
+            Some(PropertyKind::List { length, item: Scalar::parse(item)? })
         }
         _ => None,
     }
 }
 
-/// Lines with the same line end as the first one: a body may start with any byte.
+/// Lines with the same ending as the first one: a body may start with any byte.
 struct Lines<'a> {
     bytes: &'a [u8],
     end: &'static [u8],
@@ -202,14 +199,14 @@ impl<'a> Lines<'a> {
         Self { bytes, end, start: 0, count: 0 }
     }
 
-    /// The next line; `None` without a further line end. Lines that are not UTF-8 are unknown ones.
+    /// The next line; `None` without a further line ending. A line that is not UTF-8 is unknown.
     fn next(&mut self) -> Option<&'a str> {
         let rest = &self.bytes[self.start..];
         let length = rest.windows(self.end.len()).position(|window| window == self.end)?;
         self.start += length + self.end.len();
         self.count += 1;
         let line = &rest[..length];
-        // A comment may have bytes of an older encoding.
+        // A comment may be in an older encoding.
         let text = if line.starts_with(b"comment") { "comment" } else { "?" };
         Some(str::from_utf8(line).unwrap_or(text).trim_end())
     }

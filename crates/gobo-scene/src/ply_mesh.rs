@@ -1,12 +1,12 @@
 //! PLY with faces: a mesh, with the normals and colours of its vertices.
 use super::{
     SceneError,
-    error::quoted,
+    error::{Fault, quoted},
     faces::{Face, Surface, Vertices},
     limits::{self, Limit},
     particles::linear_from_srgb,
-    ply_body::{Body, Table},
-    ply_header::{self, Element, Fault, Kind, Scalar},
+    ply_body::{ElementTable, PlyBody},
+    ply_header::{self, Element, PropertyKind, Scalar},
     read,
 };
 use glam::{Vec3, Vec4};
@@ -22,14 +22,15 @@ const LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 /// Albedo of a mesh without colours.
 const GREY: f32 = 0.7;
 
-/// Place of the list among a face's properties.
+/// Index of the list of vertices among a face's properties.
 fn list(element: &Element) -> Option<usize> {
     element.properties.iter().position(|property| {
-        LISTS.contains(&property.name.as_str()) && matches!(property.kind, Kind::List { .. })
+        LISTS.contains(&property.name.as_str())
+            && matches!(property.kind, PropertyKind::List { .. })
     })
 }
 
-/// Whether bytes begin a PLY with faces.
+/// Whether a file that starts with these bytes is a PLY with faces.
 pub(super) fn is_mesh(start: &[u8]) -> bool {
     if !start.starts_with(b"ply") {
         return false;
@@ -44,7 +45,7 @@ pub(super) fn read(path: &Path, earlier: u64) -> Result<Surface, SceneError> {
     let invalid = |(message, help): Fault| SceneError::invalid(path, message, help);
     let bytes = read::bytes(path)?;
     let header = ply_header::parse(&bytes).map_err(invalid)?;
-    let mut body = Body::new(&header, &bytes);
+    let mut body = PlyBody::new(&header, &bytes);
     let mut surface = Surface::default();
     let note = |words: String| format!("{}: {words}", path.display());
     for element in &header.elements {
@@ -112,7 +113,7 @@ fn fan(
 /// Vertices, and a note about columns that are not read.
 fn vertices(
     path: &Path,
-    body: &mut Body<'_>,
+    body: &mut PlyBody<'_>,
     element: &Element,
 ) -> Result<(Vertices, Option<String>), SceneError> {
     let mut known = [None; NAMES.len()];
@@ -120,7 +121,7 @@ fn vertices(
     let columns = element.properties.iter().map(|property| {
         let column = NAMES.iter().position(|name| *name == property.name);
         match (property.kind, column) {
-            (Kind::One(scalar), Some(column)) => {
+            (PropertyKind::One(scalar), Some(column)) => {
                 known[column] = Some(scalar);
                 Some(column)
             }
@@ -130,7 +131,7 @@ fn vertices(
             }
         }
     });
-    let table = Table { columns: columns.collect(), width: NAMES.len() };
+    let table = ElementTable { columns: columns.collect(), width: NAMES.len() };
     if let Some(i) = (0..3).find(|i| known[*i].is_none()) {
         let message = format!("has no column `{}`", NAMES[i]);
         return Err(SceneError::invalid(path, message, "vertices need x, y and z"));
@@ -150,7 +151,7 @@ fn vertices(
     let read = |_: usize, row: &[f64]| {
         let number = |i: usize| row[i] as f32;
         let three = |i: usize| Vec3::new(number(i), number(i + 1), number(i + 2));
-        // Bytes are as screens show them, floats are linear.
+        // Bytes are sRGB, floats are linear.
         let share = |i: usize| if is_byte { number(i) / 255.0 } else { number(i) };
         let color = |i: usize| if is_byte { linear_from_srgb(share(i)) } else { share(i) };
         let alpha = if has_alpha { share(9) } else { 1.0 };

@@ -13,14 +13,14 @@ use std::{
 
 static WATCH: OnceLock<fn(&Path)> = OnceLock::new();
 
-/// From now on, `watch` is called with each file before it is read: for a program that must not write over them. The
-/// first call in a process counts.
+/// From now on, `watch` is called with each file before it is read: for a program that must not overwrite
+/// them. Only the first call in a process counts.
 #[doc(hidden)]
 pub fn watch_files(watch: fn(&Path)) {
     let _ = WATCH.set(watch);
 }
 
-/// All bytes of a regular file. A pipe or a device might never end.
+/// All bytes of a regular file; a pipe or a device might never end.
 pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
     if let Some(file) = held(path) {
         return held_bytes(path, &file, u64::MAX);
@@ -36,7 +36,7 @@ fn held_bytes(path: &Path, file: &HeldFile, most: u64) -> Result<Vec<u8>, SceneE
     file.first(most).map_err(|source| failed(path, source))
 }
 
-/// The first bytes of a regular file, at most so many, and its length.
+/// The first bytes of a regular file, at most `most`, and its length.
 pub(super) fn head(path: &Path, most: u64) -> Result<(Vec<u8>, u64), SceneError> {
     if let Some(file) = held(path) {
         return Ok((held_bytes(path, &file, most)?, file.length()));
@@ -48,13 +48,13 @@ pub(super) fn head(path: &Path, most: u64) -> Result<(Vec<u8>, u64), SceneError>
     Ok((bytes, length))
 }
 
-/// What a decoder reads a file from.
-pub(super) trait Contents: BufRead + Seek {}
+/// Input of a decoder.
+pub(super) trait Readable: BufRead + Seek {}
 
-impl<T: BufRead + Seek> Contents for T {}
+impl<T: BufRead + Seek> Readable for T {}
 
 /// A regular file, to be read in parts.
-pub(super) fn open(path: &Path) -> Result<Box<dyn Contents>, SceneError> {
+pub(super) fn open(path: &Path) -> Result<Box<dyn Readable>, SceneError> {
     if let Some(file) = held(path) {
         return Ok(Box::new(Cursor::new(held_bytes(path, &file, u64::MAX)?)));
     }

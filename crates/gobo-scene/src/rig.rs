@@ -1,5 +1,4 @@
-//! Moving shapes and meshes: as a whole by keys of the scene file, their nodes by the model's own
-//! animation.
+//! Moving shapes and meshes: keys of the scene file move the whole, a model's own animation moves its nodes.
 use super::{Scene, deform::Deform, splats, track::Channel, track::Track};
 use glam::{EulerRot, Mat3, Mat4, Quat, Vec3};
 use gobo::model::{
@@ -9,9 +8,9 @@ use gobo::model::{
 use rayon::prelude::*;
 use std::{ops::Range, sync::Arc};
 
-/// Times at which it is asked how far something moves, and one of so many splats.
+/// Most samples in time of a motion; one splat in as many is sampled.
 const FEW: usize = 64;
-/// Triangles of a draw that are asked.
+/// Most triangles of a draw that are sampled.
 const MANY: usize = 4096;
 
 /// Placement of a shape or mesh.
@@ -48,9 +47,9 @@ impl Placement {
 /// A node of a glTF file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Node {
-    /// Index of the parent, which comes before it.
+    /// Index of the parent, which precedes it.
     pub(super) parent: Option<usize>,
-    /// Local transform where no track moves the node.
+    /// Local transform, where no track replaces it.
     pub(super) transform: Mat4,
     pub(super) translation: Option<Track>,
     pub(super) rotation: Option<Track>,
@@ -97,7 +96,7 @@ pub(super) struct Rig {
 }
 
 impl Rig {
-    /// Rig of triangles that follow nothing but their placement.
+    /// Rig of triangles that follow only their placement.
     pub(super) fn whole(triangles: usize) -> Self {
         let transform = Mat4::IDENTITY;
         let node = Node { parent: None, transform, translation: None, rotation: None, scale: None };
@@ -136,7 +135,7 @@ impl Rig {
                 continue;
             }
             put(target, local, world);
-            // A mirrored mesh is inside out.
+            // Mirroring turns a mesh inside out.
             let has_volume = target.first().is_some_and(|triangle| is_volume(triangle.material));
             if has_volume && Mat3::from_mat4(world).determinant() < 0.0 {
                 volume::turn_outwards(target);
@@ -145,7 +144,8 @@ impl Rig {
         worlds
     }
 
-    /// Box around where triangles ever are, as far as a few of each draw say. `whole`: as in [`Self::pose`], at a time \[s\].
+    /// Box around the triangles' motion, by samples of each draw. `whole`: as in [`Self::pose`], at a time
+    /// \[s\].
     fn reach(
         &self,
         local: &[Triangle],
@@ -196,11 +196,11 @@ pub(super) struct Moving {
     pub(super) placement: Placement,
     /// Triangles in the spaces of their draws.
     pub(super) local: Arc<Vec<Triangle>>,
-    /// First of its triangles in the scene.
+    /// Index of its first triangle in the scene.
     pub(super) first_triangle: usize,
     /// Splats in the space of the placement; empty if they do not move.
     pub(super) gaussians: Arc<Vec<Gaussian>>,
-    /// First of its splats in the scene.
+    /// Index of its first splat in the scene.
     pub(super) first_gaussian: usize,
     /// Strands, like the splats.
     pub(super) strands: Arc<Vec<Strand>>,
@@ -211,7 +211,7 @@ pub(super) struct Moving {
     pub(super) camera: Option<usize>,
     /// World position of the scene's origin \[m\].
     pub(super) origin: Vec3,
-    /// Triangles that were left out at the start.
+    /// Number of triangles that were left out at the start.
     pub(super) far: u64,
 }
 
@@ -266,7 +266,7 @@ impl Motion for Moving {
 }
 
 impl Moving {
-    /// World space from the model's \[s from the start\].
+    /// World space from the model's space \[s from the start\].
     fn whole(&self, seconds: f64) -> Mat4 {
         Mat4::from_translation(-self.origin) * self.placement.at(seconds)
     }
@@ -275,7 +275,8 @@ impl Moving {
         self.placement.tracks().chain(self.rig.tracks())
     }
 
-    /// Times of its keys and between them, where it turns around: some of them, if they are many \[s\].
+    /// Times of its keys, and between them where the motion turns around; only some of them if there are many
+    /// \[s\].
     fn times(&self) -> Vec<f64> {
         let mut keys: Vec<f64> = self.tracks().flat_map(Track::times).map(|&t| t.into()).collect();
         keys.sort_unstable_by(f64::total_cmp);
@@ -287,14 +288,14 @@ impl Moving {
         times.into_iter().step_by(2 * keys.len() / FEW + 1).chain(last).collect()
     }
 
-    /// Places the lights and the camera that follow nodes, by the transforms of those.
+    /// Places the lights and the camera that follow nodes, by the nodes' transforms.
     fn place_lights(&self, scene: &mut Scene, worlds: &[Mat4]) {
         let lights = &mut scene.lights;
         let mut left_out = 0;
         let mut place = |node: usize| {
             let at = worlds[node].w_axis.truncate();
             left_out += u64::from(!(at.is_finite() && at.abs().max_element() <= FARTHEST));
-            // From so far, nothing is lit and nothing is seen.
+            // Beyond this distance nothing is lit or visible.
             let limit = Vec3::splat(FARTHEST);
             Vec3::select(at.is_nan_mask(), limit, at).clamp(-limit, limit)
         };
@@ -322,7 +323,7 @@ impl Moving {
         }
     }
 
-    /// Nothing that follows a placement.
+    /// A part that nothing follows yet.
     pub(super) fn none(placement: Placement) -> Self {
         Self {
             rig: Arc::new(Rig::whole(0)),
@@ -340,7 +341,7 @@ impl Moving {
         }
     }
 
-    /// Places its strands. One that cannot be placed stays where it was, without opacity.
+    /// Places its strands. A strand that cannot be placed stays where it was, with opacity 0.
     fn place_strands(&self, scene: &mut Scene, whole: &Mat4) {
         let target = &mut scene.strands[self.first_strand..][..self.strands.len()];
         let mut left_out = 0;
@@ -358,7 +359,7 @@ impl Moving {
         }
     }
 
-    /// Places its splats. One that cannot be placed stays where it was, without opacity.
+    /// Places its splats. A splat that cannot be placed stays where it was, with opacity 0.
     fn place_gaussians(&self, scene: &mut Scene, whole: &Mat4) {
         let target = &mut scene.gaussians[self.first_gaussian..][..self.gaussians.len()];
         let mut left_out = 0;
@@ -377,7 +378,7 @@ impl Moving {
     }
 }
 
-/// Writes `local`, transformed to the world, to `target`.
+/// Writes `local`, transformed to world space, to `target`.
 fn put(target: &mut [Triangle], local: &[Triangle], world: Mat4) {
     let normal_from_local = Mat3::from_mat4(world).inverse().transpose();
     for (target, local) in target.iter_mut().zip(local) {

@@ -17,8 +17,8 @@ pub(super) const SPHERE_LEVEL: u32 = 3;
 /// Most subdivisions: 327,680 triangles.
 pub(super) const MAX_LEVEL: u32 = 7;
 
-/// A shape in world space. The plane is 1x1 in xz and faces +y; the pane is 1x1 in xy and faces +z;
-/// box and sphere are one across; all are centred.
+/// A shape in world space. The plane is 1x1 in xz and faces +y; the pane is 1x1 in xy and faces +z; box and
+/// sphere have width 1; all are centred.
 pub(super) fn shape(
     kind: KindOfShape,
     level: u32,

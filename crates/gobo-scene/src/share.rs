@@ -1,16 +1,17 @@
-//! Shares of a scene's filtering casters: maps of all shares can be merged to those of the whole scene.
+//! Shares of a scene's filtering casters: the maps of all shares can be merged to the whole scene's.
 use super::Scene;
 use gobo::model::Class;
 
-/// Every N-th share of a scene's filtering casters. Particles of `[[particles]]` tables and Gaussians are dealt in
-/// blocks; triangles, grids, strands and emitted particles belong to the first share. Casters that block light belong to all, since they end rays.
+/// Every N-th share of a scene's filtering casters. Particles of `[[particles]]` tables and Gaussians are
+/// dealt in blocks; triangles, grids, strands and emitted particles belong to the first share. Casters that
+/// block light belong to every share, since they end rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Share {
     index: u32,
     count: u32,
 }
 
-/// Particles that are dealt at a time.
+/// Particles per block.
 const BLOCK: u64 = 1024;
 
 impl Share {
@@ -19,17 +20,17 @@ impl Share {
         (index < count).then_some(Self { index, count })
     }
 
-    /// Which of the shares it is.
+    /// Index of the share.
     pub fn index(&self) -> u32 {
         self.index
     }
 
-    /// Number of the shares.
+    /// Number of shares.
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// Whether a table's particle of this number belongs to it.
+    /// Whether a table's particle of this number belongs to the share.
     pub(super) fn has(&self, number: u64) -> bool {
         number / BLOCK % u64::from(self.count) == u64::from(self.index)
     }
@@ -41,8 +42,8 @@ impl Share {
         starts.map(move |start| start..(start + BLOCK).min(end))
     }
 
-    /// Removes what belongs to other shares from a scene that was loaded with this one, at its present time. The scene
-    /// keeps the bounds of what it loses, so that all shares have the same views.
+    /// Removes the casters of other shares from a scene that was loaded with this one, at its present time.
+    /// The scene keeps the bounds of the removed casters, so that all shares have the same views.
     pub fn keep(&self, scene: &mut Scene) {
         let classes: Vec<Class> = scene.materials.iter().map(Class::of).collect();
         let stays = |material: u32| !Class::FILTERING.contains(&classes[material as usize]);

@@ -1,5 +1,4 @@
-//! Source of a scene: the file's text, and the values that replace it from the command line, with
-//! positions.
+//! Text of a scene: the file, and the values that replace its own from the command line, with positions.
 use super::{
     SceneError,
     error::quoted,
@@ -12,7 +11,7 @@ use toml::{
     de::{DeTable, DeValue, Error},
 };
 
-/// Most parts of a dotted key, above the longest valid one.
+/// Most parts of a dotted key, more than in the longest valid one.
 const MAX_KEY_PARTS: usize = 8;
 
 /// The text of a scene file, followed by the values of the command line, a line each.
@@ -23,7 +22,7 @@ pub(super) struct SceneText<'a> {
     file_length: usize,
     set: &'a [(String, String)],
     tree: DeTable<'a>,
-    /// Keys that reading asks for, if they are wanted.
+    /// Keys that readers requested, if they are recorded.
     asked: Option<RefCell<Vec<String>>>,
 }
 
@@ -65,14 +64,14 @@ impl<'a> SceneText<'a> {
         Ok(source)
     }
 
-    /// What `read` asks for, as dotted keys.
+    /// The keys that `read` asks for, dotted.
     pub(super) fn asked(mut self, read: impl FnOnce(&Self)) -> Vec<String> {
         self.asked = Some(RefCell::default());
         read(&self);
         self.asked.unwrap_or_default().into_inner()
     }
 
-    /// Notes that a key of a table is asked for.
+    /// Records a request for a table's key.
     pub(super) fn ask(&self, table: &str, key: &str) {
         if let Some(asked) = &self.asked {
             asked.borrow_mut().push(dotted(table, key));
@@ -123,7 +122,7 @@ impl<'a> SceneText<'a> {
         self.error(span.unwrap_or_else(|| table.clone()), message, help)
     }
 
-    /// A reader's error; `at`: of one that does not say where it is.
+    /// A reader's error; `at`: position of an error without one.
     pub(super) fn explain(&self, error: &Error, at: Range<usize>) -> SceneError {
         let span = error.span().unwrap_or(at);
         let (message, help) = match self.text.get(span.clone()) {
@@ -176,7 +175,7 @@ fn shifted(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
 /// The problem of a key, and the remedy for a special one.
 type KeyFault = (String, Option<String>);
 
-/// Puts a value at a dotted key; items of an array are addressed by name or index.
+/// Puts a value at a dotted key; array items are addressed by name or index.
 fn put<'a>(
     table: &mut DeTable<'a>,
     key: &'a str,

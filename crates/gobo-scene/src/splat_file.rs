@@ -1,28 +1,41 @@
-//! Files of splats of any kind.
+//! Splat files of all kinds.
 use super::{
     SceneError,
+    error::Fault,
     gltf::splats,
     read,
-    splats::{Cloud, Kind, files, kind_of, read_kind},
+    splats::{Harmonics, SplatCloud, SplatKind, files, kind_of, read_harmonics, read_kind},
 };
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
 };
 
-/// Head by which a kind is recognised: longer than the header of any PLY \[bytes\].
+/// Bytes at a file's beginning that tell its kind: longer than the header of any PLY.
 const LONGEST_HEAD: u64 = 1 << 16;
 
-/// Files by which a folder of splats is read: of levels of detail, or of one SOG.
+/// Index files of a folder of splats: of levels of detail, or of one SOG.
 const METAS: [&str; 2] = ["lod-meta.json", "meta.json"];
 
 /// Reads a file or folder of splats, whatever its name. World space = the file's space.
-pub fn load_splats(path: &Path) -> Result<Cloud, SceneError> {
+pub fn load_splats(path: &Path) -> Result<SplatCloud, SceneError> {
     load_level(path, None)
 }
 
-/// Like [`load_splats`], at a level of detail, of which 0 is the finest; `None`: the usual one.
-pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<Cloud, SceneError> {
+/// Reads the higher harmonics of a file or folder of splats, one row for each of its rows. `None` where gobo
+/// does not keep them: of streamed SOG, ksplat and glTF.
+pub fn load_harmonics(path: &Path) -> Result<Option<Harmonics>, SceneError> {
+    let path = &*inside(path);
+    let bytes = read::bytes(path)?;
+    let Some(kind) = kind_of(&bytes, bytes.len() as u64).or_else(|| kind_of_name(path)) else {
+        return Ok(None);
+    };
+    let of_file = |(message, help): Fault| SceneError::invalid(path, message, help);
+    read_harmonics(kind, path, &bytes).map_err(of_file)
+}
+
+/// Like [`load_splats`], at a level of detail; 0 is the finest, `None` the usual one.
+pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, SceneError> {
     let path = &*inside(path);
     let bytes = read::bytes(path)?;
     let of_file = |(message, help): (String, &str)| SceneError::invalid(path, message, help);
@@ -38,13 +51,14 @@ pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<Cloud, SceneEr
             splats::read(path)
         }
         None => {
-            let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the folder of a SOG";
+            let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the \
+                folder of a SOG";
             Err(of_file(("holds no splats of a known kind".to_owned(), help)))
         }
     }
 }
 
-/// The file that a folder of splats is read by, or the path itself.
+/// The index file of a folder of splats, or the path itself.
 pub(super) fn inside(path: &Path) -> Cow<'_, Path> {
     if !path.is_dir() {
         return path.into();
@@ -53,18 +67,19 @@ pub(super) fn inside(path: &Path) -> Cow<'_, Path> {
     metas.find(|meta| read::is_file(meta)).map_or(path.into(), Cow::Owned)
 }
 
-/// Kind of splats in a file or folder, by its head; `None` if they are none, or glTF, or the file cannot be read.
-pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
+/// Kind of splats in a file or folder, by its head; `None` if it has no splats or is glTF, or the file cannot
+/// be read.
+pub(super) fn kind_of_file(path: &Path) -> Option<SplatKind> {
     let path = inside(path);
     let (head, length) = read::head(&path, LONGEST_HEAD).ok()?;
     kind_of(&head, length).or_else(|| kind_of_name(&path))
 }
 
-/// All files of splats that are read by a name: the one that it leads to, first, and those that this one names.
+/// All files of splats that belong to a path: the file itself or its index first, then those that it names.
 pub(super) fn named_files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     let path = inside(path).into_owned();
     let mut all = Vec::new();
-    if let Some(kind @ (Kind::SogFolder | Kind::SogLevels)) = kind_of_file(&path) {
+    if let Some(kind @ (SplatKind::SogFolder | SplatKind::SogLevels)) = kind_of_file(&path) {
         let bytes = read::bytes(&path)?;
         let of_file = |(message, help): (String, &str)| SceneError::invalid(&path, message, help);
         all = files(kind, &path, &bytes).map_err(of_file)?;
@@ -73,16 +88,16 @@ pub(super) fn named_files(path: &Path) -> Result<Vec<PathBuf>, SceneError> {
     Ok(all)
 }
 
-/// Kind by a name that no other kind of file has.
-fn kind_of_name(path: &Path) -> Option<Kind> {
+/// Kind by a name that no other kind has.
+fn kind_of_name(path: &Path) -> Option<SplatKind> {
     match path.file_name()?.to_str()? {
-        "lod-meta.json" => Some(Kind::SogLevels),
-        "meta.json" => Some(Kind::SogFolder),
+        "lod-meta.json" => Some(SplatKind::SogLevels),
+        "meta.json" => Some(SplatKind::SogFolder),
         _ => None,
     }
 }
 
-/// Whether the bytes are those of a glTF file, of any contents.
+/// Whether the bytes begin a glTF file of any contents.
 fn is_gltf(bytes: &[u8]) -> bool {
     bytes.starts_with(b"glTF") || bytes.trim_ascii_start().starts_with(b"{")
 }

@@ -1,4 +1,4 @@
-//! Loading of strands, from files and generated.
+//! Loads strands from files, or generates them.
 use super::{
     SceneError,
     document::StrandsTable,
@@ -90,7 +90,7 @@ impl Loader<'_> {
         Ok(Material { shape: Shape::Capsule, ..named.clone() })
     }
 
-    /// Adds a material that the file does not name; its index.
+    /// Adds a material that the file does not name; returns its index.
     pub(super) fn add_material(
         &mut self,
         material: Material,

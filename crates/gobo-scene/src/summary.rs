@@ -6,13 +6,13 @@ use std::fmt;
 /// Counts of a scene.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Summary {
-    /// Particles without those of emitters.
+    /// Particles, without those of emitters.
     pub particles: usize,
     /// Splats: anisotropic Gaussians.
     pub splats: usize,
-    /// Most particles of emitters at a time.
+    /// Most live particles of emitters.
     pub emitted: u64,
-    /// Most steps of particles that a frame on its own takes, with those of neighbours in fluids.
+    /// Most particle steps for a frame on its own, with those of neighbours in fluids.
     pub steps: u64,
     /// Triangles.
     pub triangles: usize,
@@ -30,7 +30,7 @@ pub struct Summary {
     pub lights: usize,
     /// Shadow views of all lights.
     pub views: usize,
-    /// What lights with a size were given.
+    /// Texels and viewpoints chosen for lights with a size.
     pub soft: Vec<SoftLight>,
     /// Corners of the box around all casters and receivers, world space \[m\].
     pub bounds: Option<[[f32; 3]; 2]>,

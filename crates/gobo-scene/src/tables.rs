@@ -1,4 +1,4 @@
-//! Tables of the scene file in the library's units.
+//! Tables of the scene file, in the library's units.
 use super::{
     Bounds, Camera, Scene, SceneError, defaults,
     document::{CameraTable, MaterialTable, Shades, TextureSource},
@@ -18,7 +18,7 @@ use gobo::{
 use serde::Deserialize;
 use toml::Spanned;
 
-/// Settings of a file without the table.
+/// Settings of a file without a `[shadow]` table.
 pub(super) fn usual_shadow() -> ShadowSettings {
     ShadowSettings { detail: true, soft_detail: true, ..ShadowSettings::default() }
 }
@@ -41,6 +41,7 @@ pub(super) fn shadow(keys: &Keys<'_>) -> Result<ShadowSettings, SceneError> {
         normal_bias: keys.bias("normal_bias")?.unwrap_or(usual.normal_bias),
         pair_budget: keys.whole("pair_budget", usual.pair_budget, 1..=u32::MAX, "at least 1")?,
         texel_budget: keys.whole("texel_budget", usual.texel_budget, 1..=u64::MAX, "at least 1")?,
+        curve_budget: keys.whole("curve_budget", usual.curve_budget, 1..=u64::MAX, "at least 1")?,
         soften: keys.value("soften", usual.soften)?,
         colored: keys.value("colored", usual.colored)?,
         blur: keys.whole("blur", usual.blur, 0..=MAX_BLUR, &reach)?,
@@ -61,7 +62,7 @@ enum KindOfFilter {
     Vogel,
 }
 
-/// Shadow filter of a light or of all: the texels around a receiver that are compared.
+/// Shadow filter of one light or all: the compared texels around a receiver.
 pub(super) fn filter(keys: &Keys<'_>) -> Result<Option<ShadowFilter>, SceneError> {
     let filter = keys.one("filter", |keys| {
         let taps = |usual, least, most| {
@@ -203,8 +204,8 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
     })
 }
 
-/// Camera of a table; `base` gives missing values; without it the eye is where `bounds` fill the picture, or the
-/// contents of a file alone.
+/// Camera of a table; missing values default to those of `base`. Without `base` the eye is placed so that
+/// `bounds`, or the contents of a single file, fill the picture.
 pub(super) fn placed_camera(
     source: &SceneText<'_>,
     table: &Spanned<CameraTable>,
@@ -291,6 +292,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         ior,
         fresnel,
         far_side: usual.far_side,
+        details: usual.details,
         frost: keys.share("frost", usual.frost)?,
         attenuation_color: attenuation_color.unwrap_or(Vec3::ONE),
         attenuation_distance: attenuation_distance.unwrap_or(f32::INFINITY),
@@ -298,10 +300,10 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         visible: keys.value("visible", usual.visible)?,
         catcher,
         casts: keys.value("casts", usual.casts)?,
-        // Tables of splats say what their opacity means and how they cast.
+        // Tables of splats set the meaning of opacity and the kind of shadow.
         gaussian: usual.gaussian,
         neutral: usual.neutral,
-        // Of glTF files.
+        // Only glTF files set it.
         unlit: usual.unlit,
     };
     Ok(MaterialTable {
@@ -312,7 +314,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
     })
 }
 
-/// Index of refraction by which the picture bends rays, and what is reflected.
+/// Index of refraction of the rays in the picture, and the reflection.
 fn glass(keys: &Keys<'_>, filters: bool) -> Result<(f32, Fresnel), SceneError> {
     let given = keys.number("ior", 1.0..=3.0, "1 to 3")?;
     let thin = keys.value("thin", false)?;
@@ -325,7 +327,7 @@ fn glass(keys: &Keys<'_>, filters: bool) -> Result<(f32, Fresnel), SceneError> {
     }
 }
 
-/// Share of light that passes diffusely to the far side, and its colour.
+/// Share of diffusely transmitted light, and its colour.
 fn far_side(
     keys: &Keys<'_>,
     transfer: Transfer,

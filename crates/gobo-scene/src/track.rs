@@ -9,8 +9,8 @@ pub enum Mode {
     Step,
     #[default]
     Linear,
-    /// Cubic with the slope between each key's neighbours (Catmull and Rom 1974), and at the first and last
-    /// key the slope to the only neighbour.
+    /// Cubic with the slope between each key's neighbours (Catmull and Rom 1974); at the first and last key,
+    /// the slope to the only neighbour.
     Smooth,
     /// Cubic with the slopes of the file (glTF).
     #[serde(skip)]
@@ -22,14 +22,14 @@ pub enum Mode {
 pub struct Track {
     /// Times \[s\], ascending.
     times: Vec<f32>,
-    /// One value per time; for [`Mode::Cubic`] three: slope before, value, slope behind [1/s].
+    /// One value per time; for [`Mode::Cubic`] three: slope before, value, slope after [1/s].
     values: Vec<Vec4>,
     mode: Mode,
 }
 
 impl Track {
-    /// `None` if times are missing, not finite or not ascending, or values are of another number or not
-    /// finite.
+    /// `None` if times are missing, not finite or not ascending, or if values are not finite or of another
+    /// number.
     pub fn new(times: Vec<f32>, values: Vec<Vec4>, mode: Mode) -> Option<Self> {
         let each = if mode == Mode::Cubic { 3 } else { 1 };
         let is_whole = !times.is_empty() && values.len() == each * times.len();
@@ -55,7 +55,7 @@ impl Track {
         if self.mode == Mode::Cubic { self.values[3 * key + 1] } else { self.values[key] }
     }
 
-    /// The key before `seconds`, the duration to the next \[s\], and the share of it that has passed.
+    /// The key before `seconds`, the duration to the next key \[s\], and the elapsed share of it.
     fn segment_at(&self, seconds: f64) -> (usize, f32, f32) {
         let after = self.times.partition_point(|&time| f64::from(time) <= seconds);
         let before = after.saturating_sub(1);

@@ -1,8 +1,8 @@
-//! Units and axes that files have.
+//! Units and axes of files.
 use glam::{DMat3, DVec3};
 use serde::Deserialize;
 
-/// The axis of a file that is up.
+/// The upward axis of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Up {
@@ -11,7 +11,7 @@ pub(super) enum Up {
 }
 
 impl Up {
-    /// Our axes from the file's.
+    /// Rotation from the file's axes to ours.
     pub(super) fn turn(self) -> DMat3 {
         match self {
             Self::Y => DMat3::IDENTITY,
@@ -20,7 +20,7 @@ impl Up {
     }
 }
 
-/// A unit of length \[m\] by the words that files have for it.
+/// A unit of length \[m\] by its names in files.
 pub(super) fn unit_named(name: &str) -> Option<f64> {
     Some(match name.trim().to_ascii_lowercase().as_str() {
         "m" | "meter" | "meters" | "metre" | "metres" => 1.0,

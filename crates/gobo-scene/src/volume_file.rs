@@ -1,13 +1,13 @@
-//! Files of volumes, recognised by their contents.
+//! Volume files, recognised by their contents.
 use super::{
     SceneError,
     dense::{self, Dense},
     read,
-    vdb::{Fault, Vdb},
+    vdb::{Vdb, VolumeFault},
 };
 use std::path::Path;
 
-/// A file of a volume in memory.
+/// A volume file in memory.
 #[derive(Debug)]
 pub(super) enum VolumeFile {
     Vdb(Vdb),
@@ -15,13 +15,13 @@ pub(super) enum VolumeFile {
 }
 
 impl VolumeFile {
-    /// Endings of names that files of volumes have.
+    /// Extensions of volume files.
     pub(super) fn extensions() -> impl Iterator<Item = &'static str> {
         let dense = dense::FORMATS.iter().flat_map(|format| format.extensions);
         ["vdb", "nvdb"].into_iter().chain(dense.copied())
     }
 
-    /// Endings of names of a file's kind, by its head; `None` if it is no volume.
+    /// Extensions of a file's format, by its head; `None` if it holds no volume.
     pub(super) fn endings_of(path: &Path) -> Option<&'static [&'static str]> {
         if let Some(dense) = dense::format_of(path) {
             return Some(dense.extensions);
@@ -31,12 +31,12 @@ impl VolumeFile {
         Vdb::is(&head).then_some(endings)
     }
 
-    /// Whether a file is one, by its head.
+    /// Whether a file holds a volume, by its head.
     pub(super) fn is(path: &Path) -> bool {
         Self::endings_of(path).is_some()
     }
 
-    /// Reads a file. `grid`: the name of the one that is asked for.
+    /// Reads a file. `grid`: the requested name.
     pub(super) fn open(path: &Path, grid: Option<&str>) -> Result<Self, SceneError> {
         let _phase = tracing::debug_span!("read").entered();
         read::check(path)?;
@@ -52,11 +52,11 @@ impl VolumeFile {
             return Err(SceneError::invalid(path, "a volume of no known kind", &help));
         }
         let vdb = Vdb::new(bytes);
-        let of_file = |Fault { message, help }| SceneError::invalid(path, message, help);
+        let of_file = |VolumeFault { message, help }| SceneError::invalid(path, message, help);
         vdb.map(Self::Vdb).map_err(of_file)
     }
 
-    /// Channels of a colour that each voxel has, or 1.
+    /// Colour channels of each voxel, or 1.
     pub(super) fn channels(&self) -> usize {
         match self {
             Self::Dense(dense) if dense.channels() > 1 => 3,

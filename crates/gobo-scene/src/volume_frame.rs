@@ -1,4 +1,4 @@
-//! What a volume shows at a time: voxels of a file, or generated ones.
+//! Voxels of a volume at a time, from a file or generated.
 use super::{
     SceneError,
     clouds::Cloud,
@@ -9,7 +9,7 @@ use super::{
     plain::nearest,
     read,
     units::Up,
-    vdb::{Bricks, Fault, Tree, Vdb, VdbGrid},
+    vdb::{Bricks, Tree, Vdb, VdbGrid, VolumeFault},
     volume_file::VolumeFile,
 };
 use glam::{DAffine3, DMat3, DVec3};
@@ -19,19 +19,19 @@ use std::path::{Path, PathBuf};
 /// Channels of a grid of colours.
 pub(super) const CHANNELS: usize = 3;
 
-/// What a volume shows at any time.
+/// Source of a volume's voxels.
 #[derive(Clone, Debug)]
 pub(super) enum Content {
     File(FileContent),
     Cloud {
         cloud: Cloud,
-        /// Highest temperature of what glows \[K\].
+        /// Highest temperature of the emission \[K\].
         kelvin: Option<f32>,
         look: Look,
     },
 }
 
-/// What is shown of a file, or of a sequence of files.
+/// Part of a file, or of a sequence of files, that a volume shows.
 #[derive(Clone, Debug)]
 pub(super) struct FileContent {
     path: PathBuf,
@@ -41,17 +41,17 @@ pub(super) struct FileContent {
     grid: Option<String>,
     /// Name of a grid of colours.
     color: Option<String>,
-    /// The channel of colours that multiplies densities.
+    /// The colour channel that multiplies densities.
     channel: usize,
-    /// Grid of temperatures, and the temperature of a value of 1 \[K\].
+    /// Grid of temperatures, and the temperature of the value 1 \[K\].
     hot: Option<(String, f32)>,
     look: Look,
-    /// What replaces the file's unit \[m\] and axes.
+    /// Overrides of the file's unit \[m\] and axes.
     unit: Option<f64>,
     up: Option<Up>,
 }
 
-/// What a volume shows at one time.
+/// Voxels of a volume at one time.
 #[derive(Clone, Debug)]
 pub(super) struct Frame {
     pub(super) bricks: Vec<Brick>,
@@ -59,7 +59,7 @@ pub(super) struct Frame {
     pub(super) scale: f32,
     pub(super) volume_from_index: DAffine3,
     pub(super) skipped: Skipped,
-    /// What of the file is not shown, a sentence each.
+    /// Parts of the file that are not shown, a sentence each.
     pub(super) notes: Vec<String>,
 }
 
@@ -72,7 +72,7 @@ impl Content {
         }
     }
 
-    /// A generated volume that changes as its box without anything in it; `None` for others.
+    /// An animated volume as its empty box; `None` for others.
     pub(super) fn outline(&self) -> Option<Frame> {
         match self {
             Self::Cloud { cloud, .. } if cloud.moves() => {
@@ -82,7 +82,7 @@ impl Content {
         }
     }
 
-    /// Bricks that it makes at most; 0 for a file.
+    /// Upper bound of its bricks; 0 for a file.
     pub(super) fn most_bricks(&self) -> u64 {
         match self {
             Self::File { .. } => 0,
@@ -122,12 +122,12 @@ impl FileContent {
         }
     }
 
-    /// The same with a channel of its colours.
+    /// The same with one channel of its colours.
     pub(super) fn with_channel(&self, channel: usize) -> Self {
         Self { channel, ..self.clone() }
     }
 
-    /// The same with a row of its table of colours.
+    /// The same with one row of its table of colours.
     pub(super) fn with_look(&self, look: Look) -> Self {
         Self { look, ..self.clone() }
     }
@@ -144,7 +144,7 @@ impl FileContent {
         numbered(&self.path, first.saturating_add(frame).min(last)).unwrap_or_default()
     }
 
-    /// Nodes with voxels in a file, or 0 if it cannot be read, or has none.
+    /// Number of nodes with voxels in a file; 0 if it cannot be read, or has none.
     pub(super) fn announced(&self, path: &Path) -> u64 {
         let channels = if self.color.is_some() { CHANNELS as u64 } else { 1 };
         let vdb =
@@ -158,25 +158,25 @@ impl FileContent {
         grid.map_or(0, |grid| nodes(&grid.tree) * channels)
     }
 
-    /// What it shows of its open file.
+    /// Voxels of its open file.
     pub(super) fn frame(&self, path: &Path, file: &VolumeFile) -> Result<Frame, SceneError> {
         let _phase = tracing::debug_span!("read").entered();
         let frame = match file {
             VolumeFile::Vdb(vdb) => self.of_vdb(path, vdb),
             VolumeFile::Dense(dense) => self.of_dense(path, dense),
         };
-        frame.map_err(|Fault { message, help }| SceneError::invalid(path, message, help))
+        frame.map_err(|VolumeFault { message, help }| SceneError::invalid(path, message, help))
     }
 
-    fn of_dense(&self, path: &Path, dense: &Dense) -> Result<Frame, Fault> {
+    fn of_dense(&self, path: &Path, dense: &Dense) -> Result<Frame, VolumeFault> {
         if self.color.is_some() || self.hot.is_some() {
             let help = "remove color_grid and emission, or write the grids to a .vdb file";
-            return Err(Fault::new("it has no grids of colours or temperatures", help));
+            return Err(VolumeFault::new("it has no grids of colours or temperatures", help));
         }
         let is_colored = dense.channels() > 1;
         if is_colored && self.look.has_values() {
             let help = "remove colors and window, or write one number for each voxel";
-            return Err(Fault::new("its voxels have colours of their own", help));
+            return Err(VolumeFault::new("its voxels have colours of their own", help));
         }
         let volume_from_index = dense.volume_from_index(self.unit, self.up);
         let density = |voxel: [usize; 3]| {
@@ -196,14 +196,17 @@ impl FileContent {
         Ok(Frame::of_bricks(bricks, wrong, volume_from_index, notes))
     }
 
-    fn of_vdb(&self, path: &Path, vdb: &Vdb) -> Result<Frame, Fault> {
+    fn of_vdb(&self, path: &Path, vdb: &Vdb) -> Result<Frame, VolumeFault> {
         let (name, color) = (self.grid.as_deref(), self.color.as_deref());
         let i = chosen(vdb, name)?;
         let mut grid = vdb.read(i, true)?;
         let chosen = vdb.names().nth(i).unwrap_or_default();
         if grid.class == "level set" {
             let message = format!("the grid {} is a level set, not a density", quoted(chosen));
-            return Err(Fault::new(message, "convert it to a fog volume, or name another grid"));
+            return Err(VolumeFault::new(
+                message,
+                "convert it to a fog volume, or name another grid",
+            ));
         }
         let note = |text: &str| format!("{}: {text}", path.display());
         let mut notes: Vec<String> = vdb.unread.iter().map(|unread| note(unread)).collect();
@@ -219,7 +222,7 @@ impl FileContent {
             let message =
                 format!("the grids {} and {} differ in place or scale", names[0], names[1]);
             (other.world_from_index != grid.world_from_index)
-                .then(|| Fault::new(message, "resample one to the other"))
+                .then(|| VolumeFault::new(message, "resample one to the other"))
         };
         for other in vdb.color_names().filter(|&other| Some(other) != color) {
             notes.push(note(&format!(
@@ -255,7 +258,7 @@ impl Frame {
         Self { bricks, scale: 1.0, volume_from_index: cloud.box_from_index(), skipped, notes }
     }
 
-    /// `wrong`: numbers of values below 0 and not finite besides those of the bricks.
+    /// `wrong`: numbers of values below 0 and of values that are not finite, besides those of the bricks.
     fn of_bricks(
         bricks: Bricks,
         wrong: [u64; 2],
@@ -270,7 +273,7 @@ impl Frame {
     }
 }
 
-/// The file of a sequence with a number: `%d`, or `%04d` for four digits, in the file's name.
+/// Path of file `number` of a sequence: `%d`, or `%04d` for four digits, in the file's name.
 pub(super) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let (before, rest) = name.split_once('%')?;
@@ -279,8 +282,8 @@ pub(super) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
     (width <= 9).then(|| path.with_file_name(format!("{before}{number:0width$}{after}")))
 }
 
-/// Place of the grid of densities in the file.
-fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
+/// Index of the grid of densities in the file.
+fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, VolumeFault> {
     let wanted = name.unwrap_or("density");
     if let Some(i) = vdb.names().position(|known| known == wanted) {
         return Ok(i);
@@ -288,7 +291,7 @@ fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
     let known: Vec<&str> = vdb.names().collect();
     if known.is_empty() {
         let message = format!("no grid of numbers is there; {}", vdb.unread.join("; "));
-        return Err(Fault::new(message, "write a grid of floats or halves, as for fog"));
+        return Err(VolumeFault::new(message, "write a grid of floats or halves, as for fog"));
     }
     if name.is_none() {
         return Ok(0);
@@ -296,15 +299,15 @@ fn chosen(vdb: &Vdb, name: Option<&str>) -> Result<usize, Fault> {
     Err(unknown("grid", wanted, known))
 }
 
-/// Place of a grid of colours in the file.
-fn chosen_color(vdb: &Vdb, name: &str) -> Result<usize, Fault> {
+/// Index of a grid of colours in the file.
+fn chosen_color(vdb: &Vdb, name: &str) -> Result<usize, VolumeFault> {
     if let Some(i) = vdb.color_names().position(|known| known == name) {
         return Ok(i);
     }
     let known: Vec<&str> = vdb.color_names().collect();
     if known.is_empty() {
         let message = format!("no grid of colours is there, and so no {}", quoted(name));
-        return Err(Fault::new(
+        return Err(VolumeFault::new(
             message,
             "remove color_grid, or write colours as vectors of floats",
         ));
@@ -312,10 +315,10 @@ fn chosen_color(vdb: &Vdb, name: &str) -> Result<usize, Fault> {
     Err(unknown("grid of colours", name, known))
 }
 
-fn unknown(kind: &str, wanted: &str, mut known: Vec<&str>) -> Fault {
+fn unknown(kind: &str, wanted: &str, mut known: Vec<&str>) -> VolumeFault {
     known.truncate(8);
     let of = known.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
     let near = nearest(wanted, known).unwrap_or_default();
     let message = format!("there is no {kind} {}, but {of}; {near}", quoted(wanted));
-    Fault::new(message.trim_end_matches("; "), "name one of the file's grids")
+    VolumeFault::new(message.trim_end_matches("; "), "name one of the file's grids")
 }

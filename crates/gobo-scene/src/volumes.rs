@@ -1,4 +1,4 @@
-//! Volumes of a scene: grids of voxels that files have, or that are generated.
+//! Volumes of a scene: grids of voxels from files, or generated.
 use super::{
     SceneError,
     clouds::{Cloud, KindOfCloud},
@@ -20,9 +20,9 @@ use std::{
 };
 use toml::Spanned;
 
-/// A volume of a scene that changes.
+/// An animated volume of a scene.
 #[derive(Clone, Debug)]
-struct Moving {
+struct MovingVolume {
     /// Index into the scene's grids.
     index: usize,
     /// Index into the scene's materials.
@@ -31,11 +31,11 @@ struct Moving {
     world_from_volume: DMat4,
     /// Optical depth of a metre of density 1 [1/m].
     factor: f32,
-    /// What it shows at the start, if that is made: it is asked for again when the start is rendered.
+    /// Its first frame, if made at loading: it is used again when the start is rendered.
     start: Option<Arc<Frame>>,
 }
 
-impl Motion for Moving {
+impl Motion for MovingVolume {
     fn apply(&self, scene: &mut Scene, seconds: f64) {
         let start = self.start.as_ref().filter(|_| seconds == 0.0);
         let frame = match start {
@@ -79,24 +79,24 @@ impl Motion for Moving {
 }
 
 /// A grid of a volume: all of it, a channel, or a row of a table of colours.
-struct Part {
+struct VolumePart {
     content: Content,
-    /// What it shows at the start.
+    /// Its first frame.
     start: Frame,
-    /// Times the volume's own.
+    /// Extinction, multiplied by the volume's own.
     extinction: Vec3,
     albedo: Vec3,
-    /// Place among the volume's materials.
+    /// Index among the volume's materials.
     material: usize,
 }
 
-impl Part {
+impl VolumePart {
     fn new(content: Content, start: Frame) -> Self {
         Self { content, start, extinction: Vec3::ONE, albedo: Vec3::ONE, material: 0 }
     }
 }
 
-/// Shows a frame in a grid.
+/// Puts a frame into a grid.
 fn put(grid: &mut Grid, frame: Frame, world_from_volume: DMat4, factor: f32) {
     let world_from_index = world_from_volume * DMat4::from(frame.volume_from_index);
     grid.world_from_index = Affine3A::from_mat4(world_from_index.as_mat4());
@@ -121,7 +121,7 @@ fn thickness(grid: &Grid) -> f64 {
         columns.extend((first.x..=last.x).flat_map(|x| (first.z..=last.z).map(move |z| (x, z))));
         sum += match &brick.density {
             Density::Voxels(voxels) => {
-                // The last ones are the first of other bricks.
+                // The last voxels are the first of other bricks.
                 let voxel = |i: u32| UVec3::new(i % 8, i / 8 % 8, i / 64);
                 (0..512).map(|i| f64::from(voxels.at(voxel(i)))).sum::<f64>()
             }
@@ -137,21 +137,21 @@ fn thickness(grid: &Grid) -> f64 {
 /// Temperature in the middle of an explosion \[K\].
 const HOTTEST: f32 = 2200.0;
 
-/// Optical depth along y at which a volume or a medium that is rendered on its own is neither thin nor black.
+/// Optical depth along y of a volume or medium that is rendered on its own: neither faint nor black.
 pub(super) const USUAL_THICKNESS: f64 = 4.0;
 
 /// A part for each row of the table of colours, or one without a table.
 fn rows(
     given: &VolumeTable,
-    of_look: impl Fn(Look) -> Result<Part, SceneError>,
-) -> Result<Vec<Part>, SceneError> {
+    of_look: impl Fn(Look) -> Result<VolumePart, SceneError>,
+) -> Result<Vec<VolumePart>, SceneError> {
     let rows = given.look.rows();
     if rows.is_empty() {
         return Ok(vec![of_look(given.look.clone())?]);
     }
     let of_row = |(material, (look, color)): (usize, (Look, Vec3))| {
         let [extinction, albedo] = delta_eddington(color, given.ahead);
-        Ok(Part { extinction, albedo, material, ..of_look(look)? })
+        Ok(VolumePart { extinction, albedo, material, ..of_look(look)? })
     };
     rows.into_iter().enumerate().map(of_row).collect()
 }
@@ -159,7 +159,7 @@ fn rows(
 impl Loader<'_> {
     pub(super) fn volume(&mut self, table: &Spanned<VolumeTable>) -> Result<(), SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
-        // A file that is the scene has no key that names it.
+        // A file that is itself the scene has no key that names it.
         let is_alone =
             given.file.as_ref().is_some_and(|file| self.folder.join(file) == self.source.path());
         let named = |error| if is_alone { error } else { self.named_by(span, "file", error) };
@@ -200,19 +200,20 @@ impl Loader<'_> {
                 ..Material::default()
             });
         }
-        // What a file leaves out is the same for all parts.
+        // A file leaves out the same for all parts.
         if let Some(part) = parts.first() {
             self.scene.notes.extend_from_slice(&part.start.notes);
             add_skipped(&mut self.scene.skipped, &part.start.skipped);
         }
-        for (Part { content, start, .. }, mut grid) in parts.into_iter().zip(grids) {
+        for (VolumePart { content, start, .. }, mut grid) in parts.into_iter().zip(grids) {
             grid.factor *= factor;
             if content.moves() {
                 let is_outline = !self.makes_start && content.outline().is_some();
                 let start = (!is_outline).then(|| Arc::new(start));
                 let index = self.scene.grids.len();
                 let material = grid.material;
-                let moving = Moving { index, material, content, world_from_volume, factor, start };
+                let moving =
+                    MovingVolume { index, material, content, world_from_volume, factor, start };
                 let motions = if is_outline { &mut self.resting } else { &mut self.scene.motions };
                 motions.push(Arc::new(moving));
             }
@@ -221,12 +222,12 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// The parts of a volume, and the key that says where they are from. `named`: an error of its file.
+    /// The parts of a volume, and the key that its placement comes from. `named`: an error of its file.
     fn parts(
         &self,
         table: &Spanned<VolumeTable>,
         named: &impl Fn(SceneError) -> SceneError,
-    ) -> Result<(&'static str, Vec<Part>), SceneError> {
+    ) -> Result<(&'static str, Vec<VolumePart>), SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
         match (&given.file, &given.generate) {
             (Some(file), None) => {
@@ -257,7 +258,7 @@ impl Loader<'_> {
     fn grid(
         &self,
         table: &Spanned<VolumeTable>,
-        part: &Part,
+        part: &VolumePart,
         world_from_volume: DMat4,
     ) -> Result<Grid, SceneError> {
         let (given, span) = (table.get_ref(), &table.span());
@@ -286,7 +287,7 @@ impl Loader<'_> {
         &self,
         table: &Spanned<VolumeTable>,
         cloud: Cloud,
-    ) -> Result<Vec<Part>, SceneError> {
+    ) -> Result<Vec<VolumePart>, SceneError> {
         let given = table.get_ref();
         let kelvin = match &given.emission {
             None => None,
@@ -305,18 +306,18 @@ impl Loader<'_> {
             let content = Content::Cloud { cloud, kelvin, look };
             let outline = content.outline().filter(|_| !self.makes_start);
             let start = outline.map_or_else(|| content.at(0.0), Ok)?;
-            Ok(Part::new(content, start))
+            Ok(VolumePart::new(content, start))
         };
         rows(given, part)
     }
 
-    /// The parts of a file at the start: of channels, of rows of a table of colours, or one.
+    /// The parts of a file at the start: one per channel or row of a table of colours, or a single one.
     fn of_open_file(
         &self,
         table: &Spanned<VolumeTable>,
         content: &FileContent,
         named: &impl Fn(SceneError) -> SceneError,
-    ) -> Result<Vec<Part>, SceneError> {
+    ) -> Result<Vec<VolumePart>, SceneError> {
         let given = table.get_ref();
         if given.color_grid.is_some() && !given.look.rows().is_empty() {
             let help = "remove one of the two";
@@ -327,13 +328,13 @@ impl Loader<'_> {
         let path = content.path(0.0);
         let part = |content: FileContent| {
             let start = content.frame(&path, &file).map_err(named)?;
-            Ok(Part::new(Content::File(content), start))
+            Ok(VolumePart::new(Content::File(content), start))
         };
         if given.color_grid.is_some() || file.channels() > 1 {
-            // Each channel is a grid that takes no other.
+            // Each channel is a grid that absorbs no other channel.
             let of_channel = |channel| {
                 let part = part(content.with_channel(channel))?;
-                Ok(Part { extinction: Vec3::AXES[channel], ..part })
+                Ok(VolumePart { extinction: Vec3::AXES[channel], ..part })
             };
             return (0..CHANNELS).map(of_channel).collect();
         }
@@ -341,7 +342,7 @@ impl Loader<'_> {
         rows(given, of_look)
     }
 
-    /// A file, or all of a sequence, which must be there.
+    /// A file, or all files of a sequence, which must exist.
     fn of_file(
         &self,
         table: &Spanned<VolumeTable>,
@@ -352,7 +353,7 @@ impl Loader<'_> {
         let is_sequence = numbered(&path, 0).is_some();
         let content = FileContent::new(path.clone(), given);
         let Some([first, last]) = given.frames else {
-            if is_sequence && !path.exists() {
+            if is_sequence && !read::is_file(&path) {
                 let help = "add `frames = [first, last]`";
                 return Err(self.error(span, "file", "a sequence of files without frames", help));
             }

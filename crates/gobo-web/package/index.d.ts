@@ -5,13 +5,13 @@ export { Canvas };
 /** Shadow maps on a WebGPU device of its own. */
 export type Gobo = Opened;
 export declare const Gobo: {
-    /** Loads the program and opens a device: of the tier `subgroups` where the browser has it, else of `core`. */
+    /** Loads the program and opens a device, of the tier `subgroups` if supported, else of `core`. */
     create(tier?: "core" | "subgroups"): Promise<Opened>;
 };
 
-/** `<gobo-view src=".." poster=".." moving=".." tier="core" still>`: a scene on a canvas, with what turns it. */
+/** `<gobo-view src=".." poster=".." moving=".." tier="core" still>`: a scene that can be turned. */
 export declare class GoboView extends HTMLElement {
-    /** Shows files: one that is a scene, with those that it names. */
+    /** Shows files: a scene and the files that it names. */
     open(files: Iterable<File>): Promise<void>;
     /** The `Gobo` that it shows, once it runs. */
     readonly gobo: Opened | undefined;

@@ -1,6 +1,6 @@
-// <gobo-view>: a scene on a canvas, with what turns it. Attributes: `src`, the address of a file; `poster`, a picture to be
-// seen at once; `moving`, an animated one for browsers without WebGPU; `tier`, `core` for no better one; `still`, so that
-// the sun does not move by itself.
+// <gobo-view>: a scene on a canvas that the visitor can turn. Attributes: `src`, the address of a file;
+// `poster`, a picture shown at once; `moving`, an animated one for browsers without WebGPU; `tier`, `core`
+// for no better one; `still`, so that the sun does not move by itself.
 import init, { Canvas, Gobo } from "./gobo_web.js";
 
 /** Largest file that is read [bytes]. */
@@ -218,10 +218,10 @@ export class GoboView extends HTMLElement {
             this.dispatchEvent(new CustomEvent("gobo-open", { detail: { name, contents: gobo.contents() } }));
             await this.#loop(run);
         } catch (error) {
-            // Where the device is lost, what waits for it fails as well: `#lost` opens another.
+            // After a lost device its requests fail, too: `#lost` opens another.
             await soon(500);
             if (run === this.#run) {
-                // What is shown goes with the scene that was there.
+                // The former scene's picture is gone: no loop may go on drawing it.
                 this.#run += 1;
                 this.#fail(error);
             }
@@ -412,7 +412,7 @@ export class GoboView extends HTMLElement {
         const others = [...this.#pointers].filter(([id]) => id !== event.pointerId);
         const [x, y] = [event.clientX - before.x, event.clientY - before.y];
         if (others.length) {
-            // Two fingers: closer or farther.
+            // Two fingers: nearer or farther.
             const [, other] = others[0];
             const apart = (of) => Math.max(1, Math.hypot(of.x - other.x, of.y - other.y));
             this.#zoom(apart(before) / apart({ x: event.clientX, y: event.clientY }));

@@ -30,7 +30,7 @@ struct Brick {
     pad: [u32; 3],
 }
 
-/// [`Brick::voxels`] of one that is alike throughout.
+/// Value of [`Brick::voxels`] in a brick of constant density.
 const ALIKE: u32 = u32::MAX;
 
 /// Bricks of all grids.

@@ -5,7 +5,8 @@ use gobo::wgpu::{self, BufferUsages, util::DeviceExt as _};
 /// Error of a scene that this device cannot show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the {what} take {} MiB, and a buffer of this browser's device holds {} MiB: show a smaller file, or render it with the \
+    "the {what} take {} MiB, and a buffer of this browser's device holds {} MiB: show a smaller file, \
+     or render it with the \
      program", bytes >> 20, most >> 20
 )]
 pub struct TooLarge {
@@ -19,7 +20,7 @@ pub struct TooLarge {
 pub(crate) struct Buffers<'a>(pub(crate) &'a wgpu::Device);
 
 impl Buffers<'_> {
-    /// Whether a buffer of so many bytes can be bound.
+    /// Whether a buffer of `bytes` can be bound.
     pub(crate) fn check(&self, what: &'static str, bytes: u64) -> Result<(), TooLarge> {
         let limits = self.0.limits();
         let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);

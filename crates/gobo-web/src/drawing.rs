@@ -1,4 +1,4 @@
-//! What pictures are drawn into and with.
+//! Targets, pipelines and buffers of the drawn pictures.
 use crate::{
     looks::Class,
     passes::{DEPTH, LIGHT, Layouts, Pass, Passes, SAMPLES},
@@ -68,7 +68,7 @@ impl Targets {
         Self { size, color, depth, light, tone, bricks }
     }
 
-    /// The pass that draws what is solid first, or the one after it.
+    /// The pass that draws solid surfaces first, or the one after it.
     pub(crate) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
@@ -98,7 +98,7 @@ impl Targets {
     }
 }
 
-/// What all passes bind.
+/// Bindings of all passes.
 #[derive(Debug)]
 pub(crate) struct Drawing<'a> {
     pub(crate) own: &'a wgpu::BindGroup,
@@ -109,7 +109,7 @@ pub(crate) struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    /// Sets the pipeline of a pass; whether there is one.
+    /// Sets the pipeline of a pass; returns whether there is one.
     fn begin(&self, to: &mut wgpu::RenderPass<'_>, pass: Pass) -> bool {
         let Some(pipeline) = self.passes.get(pass) else { return false };
         to.set_pipeline(pipeline);
@@ -147,7 +147,7 @@ impl Drawing<'_> {
     }
 }
 
-/// Bind groups of the scene's images, behind a white one.
+/// Bind groups of the scene's images, after a white one.
 pub(crate) fn images_of(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

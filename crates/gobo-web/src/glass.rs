@@ -1,9 +1,9 @@
-//! The scene that the page begins with.
+//! The first scene of the page.
 use gobo::Scene;
 use gobo_scene::{LoadOptions, SceneError, load_text};
 use std::path::Path;
 
-/// A folding screen of coloured panes in the sun, and what stands behind it.
+/// A folding screen of coloured panes in the sun, and a plant behind it.
 ///
 /// # Errors
 /// None, unless the file of the scene is damaged.

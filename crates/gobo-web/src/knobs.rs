@@ -1,4 +1,4 @@
-//! What a visitor turns.
+//! Camera and sun that a visitor turns.
 use gobo::{
     Camera, Light, LightKind, Receiver,
     glam::{Quat, Vec3},
@@ -11,20 +11,20 @@ const ZOOMS: (f32, f32) = (0.05, 20.0);
 /// Lowest sun over the horizon [radians].
 const LOWEST: f32 = 0.06;
 
-/// What a visitor turns, from how a scene is shown first.
+/// Changes by a visitor, relative to the first picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knobs {
-    /// Angle by which the camera is turned about what it looks at \[radians\].
+    /// Angle by which the camera is turned about its target \[radians\].
     pub turn: f32,
     /// Angle by which it is lifted \[radians\].
     pub lift: f32,
-    /// Its distance, times that of the first picture.
+    /// Its distance, as a multiple of the first picture's.
     pub zoom: f32,
     /// Angle by which the first light is turned about the vertical \[radians\].
     pub sun_turn: f32,
     /// Angle by which it is lifted \[radians\].
     pub sun_lift: f32,
-    /// How shadows are read.
+    /// Receiver: the curve or the nearest depth.
     pub receiver: Receiver,
 }
 
@@ -41,7 +41,7 @@ impl Default for Knobs {
     }
 }
 
-/// The vector turned about `up` and lifted, its angle over the horizon kept within a range [radians].
+/// The vector turned about `up` and lifted; its angle over the horizon stays within a range [radians].
 fn turned(vector: Vec3, up: Vec3, turn: f32, lift: f32, within: (f32, f32)) -> Vec3 {
     let length = vector.length();
     let height = (vector.dot(up) / length.max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0).asin();
@@ -52,7 +52,7 @@ fn turned(vector: Vec3, up: Vec3, turn: f32, lift: f32, within: (f32, f32)) -> V
 }
 
 impl Knobs {
-    /// The camera, of which `first` is that of the first picture.
+    /// The camera; `first`: that of the first picture.
     pub fn camera(&self, first: &Camera, size: [u32; 2]) -> Camera {
         let up = first.up.normalize_or(Vec3::Y);
         let away = first.eye - first.target;
@@ -61,7 +61,7 @@ impl Knobs {
         let zoom = self.zoom.clamp(ZOOMS.0, ZOOMS.1);
         let aspect = first.size.x as f32 / first.size.y as f32;
         let own = size[0] as f32 / size[1] as f32;
-        // A narrow picture shows as much from side to side.
+        // A narrow picture shows the same width.
         let widened = (aspect / own).max(1.0);
         let fov_y = 2.0 * ((first.fov_y * 0.5).tan() * widened).atan();
         Camera {
@@ -72,7 +72,7 @@ impl Knobs {
         }
     }
 
-    /// The light, of which `first` is that of the first picture; lamps turn about `middle`.
+    /// The light; `first`: that of the first picture; lamps turn about `middle`.
     pub fn light(&self, first: &Light, middle: Vec3) -> Light {
         if self.sun_turn == 0.0 && self.sun_lift == 0.0 {
             return first.clone();

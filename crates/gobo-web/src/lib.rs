@@ -1,4 +1,4 @@
-//! Scenes in a browser: gobo's shadow maps, and a small renderer of the page around them. The same code runs natively,
+//! Scenes in a browser: gobo's shadow maps, and the page's own small renderer. The same code runs natively,
 //! where a test compares the pictures.
 mod bricks;
 mod device;

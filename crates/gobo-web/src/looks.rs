@@ -1,4 +1,4 @@
-//! Materials as the page's passes read them.
+//! Materials in the format of the page's passes.
 use bytemuck::{Pod, Zeroable};
 use gobo::{Material, Shape, Transfer, model::Profile};
 
@@ -27,14 +27,14 @@ const CUTOUT: u32 = 16;
 const DITHER: u32 = 32;
 const MEDIUM: u32 = 64;
 
-/// How a material is drawn.
+/// Kind of drawing of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// Hides what is behind it.
+    /// Hides its background.
     Solid,
-    /// Filters what is behind it.
+    /// Filters its background.
     Pane,
-    /// Covers what is behind it.
+    /// Covers its background.
     Cover,
 }
 

@@ -1,4 +1,4 @@
-//! Pipelines of the page's own renderer, each made when a scene first needs it.
+//! Pipelines of the page's own renderer, each made on demand.
 use crate::{looks::Class, triangles::ATTRIBUTES, triangles::Corner};
 use gobo::wgpu::{
     self, BindGroupLayout, BlendComponent, BlendFactor::*, BlendOperation, ColorTargetState,
@@ -6,7 +6,7 @@ use gobo::wgpu::{
 };
 use std::collections::HashMap;
 
-/// Light before exposure and tone curve.
+/// Format of light before exposure and tone curve.
 pub(crate) const LIGHT: TextureFormat = TextureFormat::Rgba16Float;
 pub(crate) const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 /// Samples of a pixel.
@@ -18,7 +18,7 @@ const CORNERS: [Option<wgpu::VertexBufferLayout<'static>>; 1] = [Some(wgpu::Vert
     attributes: &ATTRIBUTES,
 })];
 
-/// A pass over what is drawn alike.
+/// A pass over casters that are drawn alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Pass {
     Sky,
@@ -95,7 +95,7 @@ impl Pass {
     }
 
     const fn reads_depth(self) -> bool {
-        // A ray through voxels ends at what is solid by itself.
+        // A ray through voxels itself ends at solid surfaces.
         !matches!(self, Self::Sky | Self::Bricks)
     }
 

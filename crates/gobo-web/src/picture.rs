@@ -45,7 +45,7 @@ pub async fn picture(
         let _ = done.send(result);
     });
     let lost = |error: &dyn std::fmt::Display| Error::Lost(error.to_string());
-    // A browser answers by itself.
+    // A browser answers without polling.
     if cfg!(not(target_arch = "wasm32")) {
         device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| lost(&error))?;
     }

@@ -1,5 +1,6 @@
-//! Files and native pictures for the test in the browser: `samples FOLDER WIDTH HEIGHT` writes a file of each kind that
-//! people drop, and `expected.js`, the picture of each and of the page's own scene as a native device draws it.
+//! Files and native pictures for the test in the browser: `samples FOLDER WIDTH HEIGHT` writes a file of each
+//! kind that visitors drop, and `expected.js`: the picture of each, and of the page's own scene, drawn by a
+//! native device.
 #[cfg(not(target_arch = "wasm32"))]
 #[path = "../../../tests/common/splats.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]
@@ -54,7 +55,7 @@ mod native {
         file(Format::default(), &[grid])
     }
 
-    /// Particles in the format that simulations write.
+    /// Particles as simulations write them.
     fn particles() -> String {
         let mut text = "ply\nformat ascii 1.0\nelement vertex 200\n".to_owned();
         for name in ["x", "y", "z", "radius", "red", "green", "blue", "alpha"] {
@@ -79,42 +80,76 @@ mod native {
         text
     }
 
-    pub(super) fn main() -> Result<(), Box<dyn Error>> {
-        let arguments: Vec<String> = std::env::args().skip(1).collect();
-        let [folder, width, height] = &arguments[..] else {
-            return Err("samples FOLDER WIDTH HEIGHT".into());
-        };
-        let (folder, size) = (Path::new(folder), [width.parse()?, height.parse()?]);
-        fs::create_dir_all(folder)?;
+    /// Edge of a map \[texels\].
+    const EDGE: u32 = 128;
+
+    fn files() -> Result<[(&'static str, Vec<u8>); 6], Box<dyn Error>> {
         let glass = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/gallery/wine_glass.glb");
-        let files = [
+        Ok([
             ("particles.ply", particles().into_bytes()),
             ("splats.ply", splats::ply("binary_little_endian", &ring(), 0)),
             ("ring.spz", splats::spz(3, &ring())),
             ("ring.sog", splats::sog(&ring())),
             ("glass.glb", fs::read(glass)?),
             ("fog.vdb", fog()),
-        ];
+        ])
+    }
+
+    /// Halves of red, green and blue of a scene's first map, row by row.
+    fn first_map(gpu: &Gpu, show: &mut Show) -> Result<Vec<u16>, Box<dyn Error>> {
+        show.set_most_texels(EDGE);
+        let maps = show.shade_maps(&Knobs::default())?.maps().clone();
+        let size = show.map_views()[0].size;
+        let slot = &maps.slots[0];
+        let texels: Vec<[u16; 4]> = gpu.read_texture(&maps.filters);
+        let edge = maps.filters.width();
+        let row = |y: u32| {
+            let first =
+                (slot.layer * maps.filters.height() + slot.origin[1] + y) * edge + slot.origin[0];
+            texels[first as usize..(first + size.x) as usize]
+                .iter()
+                .flat_map(|texel| &texel[..3])
+                .copied()
+        };
+        Ok((0..size.y).flat_map(row).collect())
+    }
+
+    pub(super) fn main() -> Result<(), Box<dyn Error>> {
+        let arguments: Vec<String> = std::env::args().skip(1).collect();
+        let (folder, picture_size) = match &arguments[..] {
+            [folder] => (folder, None),
+            [folder, width, height] => (folder, Some([width.parse()?, height.parse()?])),
+            _ => return Err("samples FOLDER [WIDTH HEIGHT]".into()),
+        };
+        let folder = Path::new(folder);
+        fs::create_dir_all(folder)?;
         let gpu = Gpu::headless()?;
         let shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)?;
-        let mut module = "export default {\n".to_owned();
+        let mut module = format!("export const EDGE = {EDGE};\nexport default {{\n");
         let mut add = |name: &str, scene: Scene| -> Result<(), Box<dyn Error>> {
             let mut show = Show::new(&gpu.device, &gpu.queue, shadows.another(), scene)?;
-            // As the page does on software adapters.
-            show.set_most_texels(512);
-            let on = (&gpu.device, &gpu.queue);
-            let knobs = Knobs::default();
-            let shown = pollster::block_on(picture(on, &mut show, size, &knobs))?;
-            writeln!(module, "{name:?}: {shown:?},")?;
+            if let Some(size) = picture_size {
+                // As the page does on software adapters.
+                show.set_most_texels(512);
+                let on = (&gpu.device, &gpu.queue);
+                let knobs = Knobs::default();
+                let shown = pollster::block_on(picture(on, &mut show, size, &knobs))?;
+                writeln!(module, "{name:?}: {shown:?},")?;
+            } else {
+                writeln!(module, "{name:?}: {:?},", first_map(&gpu, &mut show)?)?;
+            }
             Ok(gpu.check()?)
         };
-        add("stained glass", stained_glass()?)?;
-        for (name, bytes) in files {
+        if picture_size.is_some() {
+            add("stained glass", stained_glass()?)?;
+        }
+        for (name, bytes) in files()? {
             let path = folder.join(name);
             fs::write(&path, bytes)?;
             add(name, scene::load(&path)?)?;
         }
-        fs::write(folder.join("expected.js"), module + "};\n")?;
+        let name = if picture_size.is_some() { "expected.js" } else { "maps.js" };
+        fs::write(folder.join(name), module + "};\n")?;
         Ok(())
     }
 }

@@ -22,46 +22,46 @@ use std::collections::HashMap;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShowError {
-    /// Of the shadow maps.
+    /// Error of the shadow maps.
     #[error(transparent)]
     Shadows(#[from] Error),
-    /// Of a kernel.
+    /// Error of a kernel.
     #[error(transparent)]
     Kernel(#[from] KernelError),
-    /// Of what the device holds.
+    /// The scene exceeds the device's limits.
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
 }
 
-/// What was made last, and what is left.
+/// Progress of making kernels and passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step {
-    /// Name of the kernel or pass.
+    /// Name of the last kernel or pass.
     pub name: &'static str,
-    /// Number of those that are made.
+    /// Number made so far.
     pub made: usize,
     /// Number of all.
     pub all: usize,
 }
 
-/// Maps of the scene as they are read.
+/// Maps of the scene, ready to be read.
 #[derive(Debug)]
 struct Lit {
     prepared: Prepared,
     views: Vec<gobo::View>,
     bindings: LightBindings,
-    /// What it was made for.
+    /// Parameters that they were made for.
     wish: Wish,
     /// Whether the maps have been recorded.
     is_drawn: bool,
 }
 
-/// What maps depend on.
+/// Parameters of maps.
 #[derive(Clone, Debug, PartialEq)]
 struct Wish {
     lights: Vec<Light>,
     settings: ShadowSettings,
-    /// Of the camera that cascades follow.
+    /// Camera that cascades follow.
     camera: Option<gobo::Camera>,
 }
 
@@ -78,7 +78,7 @@ pub struct Show {
     /// Longest edge of a map \[texels\].
     most_texels: u32,
     layouts: Layouts,
-    /// By nodes of the curves, and whether light may increase along them.
+    /// Passes by nodes of the curves, and whether light may increase along them.
     passes: HashMap<(u32, bool), Passes>,
     tones: HashMap<wgpu::TextureFormat, wgpu::RenderPipeline>,
     frame: wgpu::Buffer,
@@ -90,14 +90,14 @@ pub struct Show {
     solid: (Sprites, wgpu::BindGroup),
     blended: (Sprites, wgpu::BindGroup),
     bricks: Bricks,
-    /// Kernels that are not made, and the number of those that were, of a wish.
+    /// Kernels of a wish that are not made yet, and the number of those that were.
     jobs: Option<(Wish, Vec<KernelJob>, usize)>,
     lit: Option<Lit>,
     targets: Option<Targets>,
 }
 
 impl Show {
-    /// Uploads a scene. `shadows`: of the same device.
+    /// Uploads a scene. `shadows`: on the same device.
     ///
     /// # Errors
     /// If the device cannot hold it.
@@ -171,7 +171,7 @@ impl Show {
         self.lit.as_ref().map_or(&[], |lit| &lit.views)
     }
 
-    /// Renders the maps alone, all kernels of which are made first.
+    /// Renders the maps alone, after making all their kernels.
     ///
     /// # Errors
     /// Those of [`Self::step`].
@@ -207,8 +207,8 @@ impl Show {
         Wish { lights, settings, camera }
     }
 
-    /// Makes the next kernel or pass that a picture needs; `None` once all are made. The device compiles it before what is
-    /// submitted later.
+    /// Makes the next kernel or pass that a picture needs; `None` once all are made. The device compiles it
+    /// before it runs commands submitted later.
     ///
     /// # Errors
     /// If the device refuses one, or is lost.
@@ -259,7 +259,7 @@ impl Show {
             .collect()
     }
 
-    /// Turns the scene's lights, and returns their views.
+    /// Applies the visitor's changes to the scene's lights, and returns their views.
     fn views(&mut self, wish: &Wish) -> Vec<gobo::View> {
         let limits = AtlasLimits::of(&self.device.limits());
         let scene = &mut self.scene;
@@ -279,7 +279,7 @@ impl Show {
         Ok(jobs)
     }
 
-    /// Prepares maps, unless those that are there are the same.
+    /// Prepares maps, unless the present ones are the same.
     fn light(&mut self, wish: Wish) -> Result<(), ShowError> {
         if self.lit.as_ref().is_some_and(|lit| lit.wish == wish) {
             return Ok(());
@@ -293,8 +293,8 @@ impl Show {
         Ok(())
     }
 
-    /// Draws the scene, and before it the maps that have changed. Everything must be made ([`Self::step`]). Whether maps were
-    /// drawn.
+    /// Draws the scene, after those maps that have changed. Everything must be made ([`Self::step`]). Returns
+    /// whether maps were drawn.
     ///
     /// # Errors
     /// If the device is lost.
@@ -306,7 +306,7 @@ impl Show {
         knobs: &Knobs,
     ) -> Result<bool, ShowError> {
         if self.shadows.statistics()?.is_some_and(|counters| counters.overflowed > 0) {
-            // There is room now for what was scattered.
+            // Maps made anew have room for the pairs that did not fit.
             self.lit = None;
         }
         self.light(self.wish(knobs, size))?;

@@ -1,4 +1,4 @@
-//! Particles, Gaussians and strands as sprites, in order of their distance.
+//! Particles, Gaussians and strands as sprites, sorted by distance.
 use crate::{
     device::{Buffers, TooLarge},
     looks::Class,
@@ -44,7 +44,7 @@ impl Sprite {
     }
 }
 
-/// Middles in the order of sprites or bricks, and what sorts them.
+/// Middles of sprites or bricks, and buffers for sorting them.
 #[derive(Debug, Default)]
 pub(crate) struct Order {
     centers: Vec<Vec3>,
@@ -73,7 +73,7 @@ impl Order {
             .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), depth| {
                 (low.min(depth), high.max(depth))
             });
-        // A counting sort: two bytes of depth are finer than what is seen.
+        // A counting sort: two bytes of depth are finer than the eye can tell.
         let scale = f32::from(u16::MAX) / (high - low).max(f32::MIN_POSITIVE);
         let mut starts = vec![0_u32; 1 << 16];
         for (key, center) in self.keys.iter_mut().zip(&self.centers) {
@@ -105,7 +105,7 @@ pub(crate) struct Sprites {
 }
 
 impl Sprites {
-    /// Those of a scene that are solid, and the others.
+    /// The scene's solid sprites, and its others.
     pub(crate) fn of(scene: &Scene, buffers: &Buffers<'_>) -> Result<[Self; 2], TooLarge> {
         let mut solid = Vec::new();
         let mut blended = Vec::new();
@@ -136,7 +136,7 @@ impl Sprites {
                 let [a, b] = [pair[0].position, pair[1].position];
                 let along = b - a;
                 let turn = Quat::from_rotation_arc(Vec3::X, along.normalize_or(Vec3::X));
-                // A Gaussian of a segment's length and width.
+                // A Gaussian with a segment's length and width.
                 let radius = 0.25 * (pair[0].radius + pair[1].radius);
                 let sigma = Vec3::new(along.length() * 0.35, radius, radius);
                 let axes = Mat3::from_quat(turn) * Mat3::from_diagonal(sigma);

@@ -1,4 +1,4 @@
-//! What JavaScript calls: `gobo-shadows`.
+//! The interface for JavaScript, `gobo-shadows`.
 #![allow(clippy::use_self, reason = "JavaScript has the names")]
 
 mod adapter;
@@ -32,7 +32,7 @@ fn of_show(error: ShowError) -> JsError {
     failure(&error, None)
 }
 
-/// What the device reported first.
+/// The device's first error.
 type Fault = Arc<Mutex<Option<String>>>;
 
 /// Shadow maps on a WebGPU device of its own.
@@ -43,7 +43,7 @@ pub struct Gobo {
     adapter: wgpu::Adapter,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    /// Of all scenes: kernels are compiled once.
+    /// Shadows of all scenes: kernels are compiled once.
     shadows: Shadows,
     tier: Tier,
     scene: Option<Scene>,
@@ -53,7 +53,7 @@ pub struct Gobo {
 
 #[wasm_bindgen]
 impl Gobo {
-    /// Opens a device: of the tier `subgroups` where the browser has it, else of `core`.
+    /// Opens a device: of the tier `subgroups` if the browser supports it, else of `core`.
     ///
     /// @param {string} [tier] `core` or `subgroups`: no better one.
     pub async fn create(tier: Option<String>) -> Result<Gobo, JsError> {
@@ -70,7 +70,7 @@ impl Gobo {
         let (adapter, has_subgroups) = adapter::adapter(&instance, most == Tier::Subgroups).await?;
         let tier = if has_subgroups { Tier::Subgroups } else { Tier::Core };
         let settings = ShadowSettings { receiver: Receiver::Curve, ..ShadowSettings::default() };
-        // Scenes are as large as the device allows.
+        // The device's limits are the adapter's, for large scenes.
         let allowed = adapter.limits();
         let limits = settings.limits(tier, LARGEST_MAP);
         let limits = wgpu::Limits {
@@ -117,10 +117,10 @@ impl Gobo {
         self.set_scene(scene)
     }
 
-    /// Makes files the scene: one of any kind that the program renders, with those that it names beside it.
+    /// Makes files the scene: one of any kind that the program renders, and those that it names beside it.
     ///
     /// @param files Contents by name: an object of `Uint8Array`s.
-    /// @returns {string} The name of the one that is the scene.
+    /// @returns {string} The name of the scene's file.
     pub fn open(&mut self, files: &js_sys::Object) -> Result<String, JsError> {
         let dropped = Dropped::new(files)?;
         let path = dropped.scene()?;
@@ -132,7 +132,7 @@ impl Gobo {
     }
 
     fn set_scene(&mut self, scene: Scene) -> Result<(), JsError> {
-        // Of the scene before, so that both need not fit.
+        // Frees the former scene first, so that both need not fit.
         self.show = None;
         let shadows = self.shadows.another();
         let show = Show::new(&self.device, &self.queue, shadows, scene).map_err(of_show)?;
@@ -149,7 +149,7 @@ impl Gobo {
         self.show.as_mut().ok_or_else(none)
     }
 
-    /// What the scene holds, in a line, and what was left out or ignored, a line each.
+    /// Contents of the scene in a line, and a line for each thing left out or ignored.
     pub fn contents(&mut self) -> Result<String, JsError> {
         let scene = self.shown()?.scene();
         let counts = [
@@ -170,7 +170,7 @@ impl Gobo {
         Ok(lines.join("\n"))
     }
 
-    /// Picture of the scene as it is shown first: rgba, row by row, of `width * height` pixels.
+    /// First picture of the scene: rgba, row by row, of `width * height` pixels.
     pub async fn picture(&mut self, width: u32, height: u32) -> Result<Vec<u8>, JsError> {
         let on = (self.device.clone(), self.queue.clone());
         let show = self.shown()?;

@@ -26,7 +26,7 @@ void made.open([new File([], "a.ply")]);
 void made.gobo?.tier;
 void maps();
 
-// What is wrong must be refused.
+// Wrong calls must be refused.
 // @ts-expect-error no such tier
 void Gobo.create("fast");
 // @ts-expect-error maps are made by `create` alone

@@ -1,4 +1,4 @@
-// Boxes of voxels: light is looked up at their corners, density is summed along the ray up to what is solid.
+// Boxes of voxels: light is looked up at their corners, density is summed along the ray up to solid surfaces.
 
 struct Grid {
     index_from_world: mat4x4<f32>,
@@ -15,8 +15,8 @@ struct Brick {
     origin: vec3<f32>,  // lowest voxel
     grid: u32,
     size: vec3<f32>,    // [voxels]
-    voxels: u32,        // index of its halves' first pair, or ALIKE
-    density: f32,       // of one that is alike throughout
+    voxels: u32,        // index of the first pair of its half floats, or ALIKE
+    density: f32,       // of a brick of constant density
     pad0: u32,
     pad1: u32,
     pad2: u32,
@@ -94,7 +94,7 @@ fn value(first: u32, at: vec3<u32>) -> f32 {
     return unpack2x16float(voxels[first + i / 2u])[i & 1u];
 }
 
-// Density at a place in the brick [voxels].
+// Density at a position in the brick [voxels].
 fn density(brick: Brick, place: vec3<f32>) -> f32 {
     if brick.voxels == ALIKE {
         return brick.density;
@@ -116,7 +116,7 @@ fn brick_ray(face: Face) -> @location(0) vec4<f32> {
     let brick = bricks[face.brick];
     let grid = grids[brick.grid];
     let ray = normalize(face.position - frame.eye.xyz);
-    // The box in its own space, where it begins at 0; distances along the ray stay metres.
+    // The box in its own space, which begins at 0; distances along the ray stay in metres.
     let eye = (grid.index_from_world * vec4(frame.eye.xyz, 1.0)).xyz - brick.origin;
     let along = (grid.index_from_world * vec4(ray, 0.0)).xyz;
     let safe = select(along, vec3(1e-12), abs(along) < vec3(1e-12));

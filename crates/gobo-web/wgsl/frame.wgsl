@@ -1,4 +1,4 @@
-// What all passes of the page share: camera, surroundings, materials, and light at a point.
+// Bindings of all passes of the page: camera, surroundings, materials, and light at a point.
 
 struct Frame {
     clip_from_world: mat4x4<f32>, // reversed z
@@ -54,7 +54,7 @@ const PI: f32 = 3.14159265;
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> looks: array<Look>;
 
-// Of each light: its share that arrives at a point of no surface, scattered evenly to all sides.
+// Light that arrives at a point without a surface, scattered evenly to all sides.
 fn scattered_evenly(position: vec3<f32>) -> vec3<f32> {
     var sum = frame.ambient.rgb;
     for (var i = 0u; i < frame.light_count; i += 1u) {

@@ -1,4 +1,4 @@
-// What is behind everything, and the picture on the screen.
+// The background, and the picture on the screen.
 
 @group(2) @binding(0) var sky: texture_2d<f32>;
 

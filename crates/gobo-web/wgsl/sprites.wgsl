@@ -1,11 +1,11 @@
-// Particles and Gaussians as squares that face the eye, from the farthest on; light is looked up at their middles.
+// Particles and Gaussians as squares that face the eye, farthest first; light is looked up at their middles.
 
 struct Sprite {
     center: vec3<f32>,
     look: u32,
-    // Of a particle: radius [m], kind. Of a Gaussian: covariance xx, xy, xz [m2], kind.
+    // Particle: radius [m], kind. Gaussian: covariance xx, xy, xz [m2], kind.
     first: vec4<f32>,
-    // Of a Gaussian: covariance yy, yz, zz.
+    // Gaussian: covariance yy, yz, zz.
     second: vec4<f32>,
     color: vec4<f32>,
 }
@@ -19,7 +19,7 @@ struct Spot {
     @location(1) @interpolate(flat) light: vec3<f32>,
     @location(2) @interpolate(flat) color: vec4<f32>,
     @location(3) @interpolate(flat) look: u32,
-    @location(4) @interpolate(flat) reach: f32, // of a Gaussian [standard deviations]; 0 of a particle
+    @location(4) @interpolate(flat) reach: f32, // of a Gaussian [standard deviations]; 0 for a particle
 }
 
 fn hidden() -> Spot {
@@ -41,7 +41,8 @@ fn sprite_corner(@builtin(vertex_index) corner: u32, @builtin(instance_index) in
     var aside: vec2<f32>; // at the sprite's depth [m]
     var reach = 0.0;
     if sprite.first.w > 0.5 {
-        // Zwicker et al. 2001, "EWA splatting": the conic on the plane through the middle, enlarged to two thirds of a pixel.
+        // Zwicker et al. 2001, "EWA splatting": the conic on the plane through the middle, enlarged to two
+        // thirds of a pixel.
         let slope = seen.xy / seen.z;
         let x = frame.right.xyz - slope.x * frame.forward.xyz;
         let y = frame.up.xyz - slope.y * frame.forward.xyz;
@@ -53,24 +54,29 @@ fn sprite_corner(@builtin(vertex_index) corner: u32, @builtin(instance_index) in
         let least = 0.3 * pixel * pixel;
         let exact = vec3(dot(x, sx), dot(x, sy), dot(y, sy));
         let wide = exact + vec3(least, 0.0, least);
-        color.a *= sqrt(max(exact.x * exact.z - exact.y * exact.y, 0.0) / max(wide.x * wide.z - wide.y * wide.y, 1e-30));
+        let area = max(exact.x * exact.z - exact.y * exact.y, 0.0);
+        color.a *= sqrt(area / max(wide.x * wide.z - wide.y * wide.y, 1e-30));
         let mean = 0.5 * (wide.x + wide.z);
         let apart = sqrt(max(mean * mean - (wide.x * wide.z - wide.y * wide.y), 0.0));
-        let major = select(vec2(1.0, 0.0), normalize(vec2(mean + apart - wide.z, wide.y)), abs(wide.y) > 1e-12 * mean || wide.x < wide.z);
-        let turned = select(major, vec2(0.0, 1.0), abs(wide.y) <= 1e-12 * mean && wide.x < wide.z);
+        let is_slanted = abs(wide.y) > 1e-12 * mean;
+        let axis = normalize(vec2(mean + apart - wide.z, wide.y));
+        let major = select(vec2(1.0, 0.0), axis, is_slanted || wide.x < wide.z);
+        let turned = select(major, vec2(0.0, 1.0), !is_slanted && wide.x < wide.z);
         reach = sqrt(max(2.0 * log(255.0 * min(color.a, 1.0)), 0.0));
         let minor = vec2(-turned.y, turned.x);
-        aside = reach * (turned * (place.x * sqrt(mean + apart)) + minor * (place.y * sqrt(max(mean - apart, 0.0))));
+        let sides = place * sqrt(max(vec2(mean + apart, mean - apart), vec2(0.0)));
+        aside = reach * (turned * sides.x + minor * sides.y);
     } else {
         aside = place * sprite.first.x;
     }
     let position = sprite.center + frame.right.xyz * aside.x + frame.up.xyz * aside.y;
     let clip = frame.clip_from_world * vec4(position, 1.0);
     let light = scattered_evenly(sprite.center);
-    return Spot(clip, place, select(light, vec3(1.0), (look.flags & FLAG_UNLIT) != 0u), color, sprite.look, reach);
+    let shown = select(light, vec3(1.0), (look.flags & FLAG_UNLIT) != 0u);
+    return Spot(clip, place, shown, color, sprite.look, reach);
 }
 
-// Share of the sprite's opacity at a place.
+// Share of the sprite's opacity at a position.
 fn opacity_at(spot: Spot, flags: u32) -> f32 {
     let square = dot(spot.place, spot.place);
     if spot.reach > 0.0 {
@@ -95,7 +101,8 @@ fn sprite_blended(spot: Spot) -> @location(0) vec4<f32> {
         discard;
     }
     let covers = select(opacity, 0.0, look.transfer == TRANSFER_NONE);
-    return vec4((spot.color.rgb * spot.light * (1.0 - 0.5 * look.transmission) + look.emission) * opacity, covers);
+    let scattered = spot.color.rgb * spot.light * (1.0 - 0.5 * look.transmission);
+    return vec4((scattered + look.emission) * opacity, covers);
 }
 
 @fragment

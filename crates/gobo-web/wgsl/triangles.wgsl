@@ -1,5 +1,5 @@
-// Triangles: solid ones, ones that cover what is behind them, and panes, which filter it in one pass and add their own
-// light in another. Filters commute, so panes are drawn in any order.
+// Triangles: solid ones, ones that cover their background, and panes, which filter it in one pass and add
+// their own light in another. Filters commute, so panes are drawn in any order.
 
 @group(2) @binding(0) var image: texture_2d<f32>;
 @group(2) @binding(1) var image_sampler: sampler;
@@ -24,7 +24,7 @@ struct Point {
 @vertex
 fn triangle_corner(corner: Corner) -> Point {
     let clip = frame.clip_from_world * vec4(corner.position, 1.0);
-    // Roots of red, green and blue are stored.
+    // Square roots of red, green and blue are stored.
     let color = vec4(corner.color.rgb * corner.color.rgb, corner.color.a);
     return Point(clip, corner.position, corner.normal, corner.uv, color, corner.look);
 }
@@ -58,7 +58,7 @@ fn highlight(at: Surface, toward: vec3<f32>) -> vec3<f32> {
     return (exponent + 6.0) / (8.0 * PI) * lobe * (head_on + (1.0 - head_on) * rising);
 }
 
-// Light that a surface sends to the eye; of a pane from both sides.
+// Light that a surface sends to the eye; a pane sends it from both sides.
 fn sent(position: vec3<f32>, at: Surface, is_pane: bool) -> vec3<f32> {
     if (at.look.flags & FLAG_UNLIT) != 0u {
         return at.color + at.look.emission;
@@ -97,7 +97,8 @@ fn triangle_cover(point: Point) -> @location(0) vec4<f32> {
 fn triangle_filter(point: Point, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
     let at = surface(point);
     var passed = transmittance(at.look.transfer, at.opacity, at.color);
-    // What is inside a body absorbs from where the ray enters to where it leaves: distances are from the scene's middle.
+    // The inside of a body absorbs from where the ray enters to where it leaves: distances are from the
+    // scene's middle.
     let beyond = clamp(distance(frame.eye.xyz, point.position) - frame.middle, -1e3, 1e3);
     let inside = exp(clamp(at.look.absorption * beyond * select(-1.0, 1.0, front), vec3(-8.0), vec3(8.0)));
     let is_body = any(at.look.absorption > vec3(0.0));

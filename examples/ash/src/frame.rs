@@ -9,7 +9,7 @@ use ash::vk;
 use serde_json::Value;
 use std::{collections::HashMap, path::Path};
 
-/// A frame, and what is made of its resources and kernels.
+/// A frame with its resources and kernels.
 pub struct Frame<'a> {
     vulkan: &'a Vulkan,
     value: &'a Value,
@@ -79,7 +79,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// All commands in order; each sees what those before wrote.
+    /// Runs all commands in order; each sees the writes of those before.
     pub fn run(&self) -> Result<(), Failure> {
         let mut result = Ok(());
         self.vulkan.run(|commands| {

@@ -1,4 +1,4 @@
-//! Pipelines of exported kernels, and what is bound to them.
+//! Pipelines of exported kernels, and their bindings.
 use crate::{
     Failure,
     vulkan::{Buffer, Image, Vulkan},
@@ -28,7 +28,7 @@ pub enum Resource {
     Image(Image),
 }
 
-/// Workgroups.
+/// Workgroups of a dispatch.
 pub enum Groups {
     Counts([u32; 3]),
     Indirect(Buffer, u64),
@@ -55,7 +55,7 @@ fn binding(value: &Value) -> Result<Binding, Failure> {
 }
 
 impl Kernel {
-    /// `entry`: of `kernels`.
+    /// `entry`: one of `kernels`.
     pub fn new(vulkan: &Vulkan, dir: &Path, entry: &Value) -> Result<Self, Failure> {
         let id = text(&entry["id"]);
         let file = entry["file"].as_str().ok_or_else(|| format!("{id} has no file"))?;
@@ -74,8 +74,8 @@ impl Kernel {
             })
             .collect();
         let name = std::ffi::CString::new(text(&entry["entry_point"]))?;
-        // SAFETY: the code is SPIR-V that was validated when it was exported, what it points to lives
-        // until the calls return, and nothing is destroyed.
+        // SAFETY: the code is SPIR-V that was validated when it was exported, all pointers live until the
+        // calls return, and nothing is destroyed.
         unsafe {
             let device = &vulkan.device;
             let module = device
@@ -96,7 +96,7 @@ impl Kernel {
         }
     }
 
-    /// `resource`: what has the name of a binding.
+    /// `resource`: the resource with a binding's name.
     pub fn bind(
         &self,
         vulkan: &Vulkan,
@@ -110,7 +110,7 @@ impl Kernel {
         ];
         let sizes = kinds.map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: 32 });
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
-        // SAFETY: the set is made of a pool of its own and written before anything uses it.
+        // SAFETY: the set comes from a pool of its own and is written before anything uses it.
         let set = unsafe {
             let pool = vulkan.device.create_descriptor_pool(&info, None)?;
             let layouts = [self.set_layout];
@@ -144,13 +144,13 @@ impl Kernel {
                 }
                 _ => return Err(format!("{name} is bound as what it is not").into()),
             };
-            // SAFETY: the set is not in use, and the descriptor is of the kind that its layout says.
+            // SAFETY: the set is not in use, and the descriptor is of its layout's kind.
             unsafe { vulkan.device.update_descriptor_sets(&[write], &[]) }
         }
         Ok(set)
     }
 
-    /// After all that was recorded before.
+    /// Records the dispatch after all commands recorded before.
     pub fn record(
         &self,
         vulkan: &Vulkan,
@@ -161,7 +161,7 @@ impl Kernel {
         let device = &vulkan.device;
         let point = vk::PipelineBindPoint::COMPUTE;
         vulkan.barrier(commands);
-        // SAFETY: `commands` is being recorded; the set is of the pipeline's layout.
+        // SAFETY: `commands` is being recorded; the set has the pipeline's layout.
         unsafe {
             device.cmd_bind_pipeline(commands, point, self.pipeline);
             device.cmd_bind_descriptor_sets(commands, point, self.layout, 0, &[set], &[]);

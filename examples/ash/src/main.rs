@@ -1,6 +1,6 @@
-//! A frame of gobo's without wgpu and without gobo: what `gobo export --target spirv --scene SCENE -o DIR`
-//! wrote is all that it reads. It runs the frame of each tier, and fails where a texel's bits are not those
-//! of gobo's own maps.
+//! A frame of gobo's without wgpu and without gobo: it reads only the output of `gobo export --target spirv
+//! --scene SCENE -o DIR`. It runs the frame of each tier, and fails if a texel's bits differ from gobo's own
+//! maps.
 //!
 //! `cargo run -- DIR`, or `make ash` in the repository.
 mod frame;
@@ -28,7 +28,7 @@ fn main() -> Result<(), Failure> {
             let wanted = read(&dir.join(map["file"].as_str().ok_or("a map has no file")?))?;
             let got = vulkan.read_image(&image)?;
             let (different, texels) = compare(&value["views"], map, &image, &got, &wanted)?;
-            // The comparison sees a bit.
+            // The comparison notices a single bit.
             let mut wrong = got.clone();
             wrong.iter_mut().for_each(|byte| *byte ^= 1);
             let seen = compare(&value["views"], map, &image, &wrong, &got)?;
@@ -47,7 +47,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?)
 }
 
-/// How many texels of the views differ, of how many. Between the views an atlas holds anything.
+/// Number of texels of the views that differ, and their total. Between the views an atlas may hold anything.
 fn compare(
     views: &Value,
     map: &Value,

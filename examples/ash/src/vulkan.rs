@@ -1,5 +1,5 @@
-//! As much Vulkan as a frame needs: buffers that the host sees, images that stay in one layout, compute
-//! pipelines, and one command buffer at a time. What is made lives until the process ends.
+//! As much Vulkan as a frame needs: host-visible buffers, images that stay in one layout, compute pipelines,
+//! and one command buffer at a time. Objects live until the process ends.
 use crate::Failure;
 use ash::vk;
 
@@ -28,11 +28,11 @@ pub struct Image {
     pub size: [u32; 3],
 }
 
-/// Of a texture.
+/// Format of a texture.
 #[derive(Clone, Copy)]
 pub struct Format {
     pub vk: vk::Format,
-    /// Bytes of a texel.
+    /// Bytes per texel.
     pub bytes: u32,
 }
 
@@ -56,10 +56,10 @@ impl Format {
 }
 
 impl Vulkan {
-    /// On the first device; `GOBO_ASH_DEVICE` may name a part of another's name.
+    /// Opens the first device; `GOBO_ASH_DEVICE` may name part of another one's name.
     pub fn new() -> Result<Self, Failure> {
         let wanted = std::env::var("GOBO_ASH_DEVICE").unwrap_or_default();
-        // SAFETY: Vulkan is loaded once, and all that is made of it lives as long as the process.
+        // SAFETY: Vulkan is loaded once, and all its objects live as long as the process.
         unsafe {
             let entry = ash::Entry::load()?;
             let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
@@ -124,7 +124,7 @@ impl Vulkan {
         Ok(unsafe { self.device.allocate_memory(&info, None)? })
     }
 
-    /// Zero everywhere.
+    /// A buffer of zeros.
     pub fn buffer(&self, size: u64) -> Result<Buffer, Failure> {
         let size = size.max(16).next_multiple_of(4);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -148,7 +148,7 @@ impl Vulkan {
         Ok(buffer)
     }
 
-    /// In the layout `GENERAL` from here on; its texels must be written.
+    /// An image in the layout `GENERAL` from here on; its texels must be written.
     pub fn image(&self, format: Format, size: [u32; 3]) -> Result<Image, Failure> {
         let size = size.map(|edge| edge.max(1));
         let mut usage = vk::ImageUsageFlags::SAMPLED
@@ -180,7 +180,7 @@ impl Vulkan {
                 .new_layout(vk::ImageLayout::GENERAL)
                 .dst_access_mask(vk::AccessFlags::TRANSFER_WRITE)
                 .subresource_range(image.range());
-            // SAFETY: `commands` is being recorded, and the image is nobody else's.
+            // SAFETY: `commands` is being recorded, and nothing else uses the image.
             unsafe {
                 self.device.cmd_pipeline_barrier(
                     commands,
@@ -196,7 +196,7 @@ impl Vulkan {
         Ok(image)
     }
 
-    /// Row by row, layer by layer; bytes that are missing at the end are zero.
+    /// Writes an image row by row, layer by layer; missing bytes at the end are zero.
     pub fn write_image(&self, image: &Image, bytes: &[u8]) -> Result<(), Failure> {
         let mut whole = bytes.to_vec();
         whole.resize(image.bytes(), 0);
@@ -217,7 +217,8 @@ impl Vulkan {
         })
     }
 
-    /// Records a copy from a buffer, at an offset and with bytes in a row (0: as many as a row of `size` has), to a part of an image.
+    /// Records a copy from a buffer, at an offset and with bytes per row (0: as many as a row of `size` has),
+    /// to a part of an image.
     pub fn copy_to_image(
         &self,
         commands: vk::CommandBuffer,
@@ -253,7 +254,7 @@ impl Vulkan {
         let staging = self.buffer(image.bytes() as u64)?;
         self.run(|commands| {
             let (layout, regions) = (vk::ImageLayout::GENERAL, [image.region()]);
-            // SAFETY: `commands` is being recorded; the buffer has room for each of the image's texels.
+            // SAFETY: `commands` is being recorded; the buffer has room for all of the image's texels.
             unsafe {
                 self.device.cmd_copy_image_to_buffer(
                     commands,
@@ -291,7 +292,7 @@ impl Vulkan {
         Ok(())
     }
 
-    /// All that comes later sees all that was written before.
+    /// Makes all earlier writes visible to all later commands.
     pub fn barrier(&self, commands: vk::CommandBuffer) {
         let all = vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
         let barriers = [vk::MemoryBarrier::default().src_access_mask(all).dst_access_mask(all)];
@@ -305,15 +306,15 @@ impl Vulkan {
 }
 
 impl Buffer {
-    /// From its start.
+    /// Writes from the buffer's start.
     pub fn write(&self, bytes: &[u8]) {
         let count = bytes.len().min(self.size as usize);
-        // SAFETY: so many bytes are mapped, and no command runs.
+        // SAFETY: this many bytes are mapped, and no command runs.
         unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), self.mapped, count) }
     }
 
     pub fn read(&self) -> Vec<u8> {
-        // SAFETY: so many bytes are mapped, and no command runs.
+        // SAFETY: this many bytes are mapped, and no command runs.
         unsafe { std::slice::from_raw_parts(self.mapped, self.size as usize).to_vec() }
     }
 }
@@ -343,7 +344,7 @@ impl Image {
         })
     }
 
-    /// For a binding of a 2D texture, or of an array.
+    /// A view for a binding of a 2D texture, or of an array.
     pub fn view(&self, vulkan: &Vulkan, is_array: bool) -> Result<vk::ImageView, Failure> {
         let kind =
             if is_array { vk::ImageViewType::TYPE_2D_ARRAY } else { vk::ImageViewType::TYPE_2D };

@@ -3,13 +3,13 @@ use bevy::{prelude::*, render::RenderApp, render::extract_resource::ExtractResou
 use gobo::{Material, Transfer, Triangle};
 use std::sync::Arc;
 
-/// How a mesh changes the light of the sun. It need not be drawn.
+/// Effect of a mesh on the sun's light. The mesh need not be drawn.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub enum GoboCaster {
-    /// No light goes through.
+    /// Blocks all light.
     Blocks,
-    /// Light goes through as through coloured glass: alpha is how much of the mesh is glass, the colour what that lets
-    /// through.
+    /// Filters light like coloured glass: alpha is the share of the mesh that is glass, the colour its
+    /// transmittance.
     Tints(LinearRgba),
 }
 
@@ -34,14 +34,14 @@ pub(crate) struct SceneCasters {
     pub materials: Arc<Vec<Material>>,
 }
 
-/// Direction in which the directional light travels; none without one.
+/// Direction in which the directional light travels; `None` without one.
 #[derive(Resource, Clone, Copy, Default, PartialEq, ExtractResource)]
 #[extract_app(RenderApp)]
 pub(crate) struct Sun(pub Option<Vec3>);
 
 type Moved = Or<(Changed<GlobalTransform>, Changed<GoboCaster>, Changed<Mesh3d>)>;
 
-/// Gathers all triangles anew where a caster has moved, came or went.
+/// Gathers all triangles anew if a caster has moved, appeared or vanished.
 pub(crate) fn gather(
     moved: Query<(), (With<GoboCaster>, Moved)>,
     mut gone: RemovedComponents<GoboCaster>,
@@ -75,7 +75,7 @@ pub(crate) fn gather(
     *scene = SceneCasters { triangles: Arc::new(triangles), materials: Arc::new(materials) };
 }
 
-/// Follows the directional light; of several the first.
+/// Follows the directional light, the first of several.
 pub(crate) fn follow_sun(
     lights: Query<&GlobalTransform, With<DirectionalLight>>,
     mut sun: ResMut<Sun>,

@@ -14,16 +14,16 @@ use gobo::{
 
 /// Particles on the device, such as those of an effect that a compute shader moves.
 pub trait ParticleSet: Send + Sync + 'static {
-    /// Their material. Its number, which the loader returns, is that of [`Guest::add`].
+    /// Material of the particles. Its number, which the loader returns, is that of [`Guest::add`].
     fn material(&self) -> gobo::Material;
 
-    /// How gobo reads them; `materials`: [`Self::material`] for [`HostCasters::new`].
+    /// The particles in gobo's form; `materials`: [`Self::material`] for [`HostCasters::new`].
     fn casters<'a>(&'a self, materials: &'a [u32]) -> HostCasters<'a>;
 
-    /// Writes what a frame needs, before it is recorded.
+    /// Writes a frame's inputs, before it is recorded.
     fn prepare(&mut self, _queue: &wgpu::Queue) {}
 
-    /// Records how they move, before all cameras.
+    /// Records the particles' movement, before all cameras.
     fn record(&self, _encoder: &mut wgpu::CommandEncoder) {}
 }
 
@@ -56,7 +56,7 @@ impl Guest {
         adapter: &RenderAdapterInfo,
         settings: &Settings,
     ) -> Result<Self, Error> {
-        // Bevy has opened the device: what it lacks nobody can add.
+        // Bevy has already opened the device, so missing features cannot be added.
         let support = Support::of(device.wgpu_device(), adapter, &settings.shadow);
         for missing in &support.missing {
             info!("gobo does without {missing}");
@@ -66,7 +66,7 @@ impl Guest {
         Ok(Self { shadows, sets: Vec::new(), masks: LightMasks::new(), frame: None })
     }
 
-    /// Adds particles. `make` makes their loader of gobo's shadows and the number of their material.
+    /// Adds particles. `make` makes their loader from gobo's shadows and the number of their material.
     ///
     /// # Errors
     /// Those of `make`.
@@ -80,12 +80,12 @@ impl Guest {
         Ok(())
     }
 
-    /// The maps of the frame and the light that they are of, for shaders of the app's.
+    /// The maps of the frame and their lights, for shaders of the app's.
     pub fn maps(&self) -> Option<(&Prepared, &[Light])> {
         self.frame.as_ref().map(|frame| (&frame.prepared, &frame.lights[..]))
     }
 
-    /// Uploads meshes and fits the view, where something has changed. Particles are on the device already.
+    /// Uploads meshes and fits the view if something has changed. Particles are on the device already.
     pub(crate) fn prepare(
         &mut self,
         sun: Sun,
@@ -102,7 +102,7 @@ impl Guest {
         if self.frame.is_some() && !is_changed {
             return Ok(());
         }
-        // glam's types are not the same in both: arrays are.
+        // glam's types differ between the two versions; arrays do not.
         let lights = [Light::directional(direction.to_array())];
         let views = gobo::light_views(0, &lights[0], settings.shadow.size, None, &settings.bounds)?;
         let count = self.sets.len() as u32;
@@ -125,13 +125,13 @@ impl Guest {
         self.frame = None;
     }
 
-    /// Particles and maps, once a frame.
+    /// Records particles and maps, once a frame.
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.sets.iter().for_each(|set| set.record(encoder));
         self.frame.as_ref().map_or(Ok(()), |frame| frame.prepared.record(encoder))
     }
 
-    /// The mask of a camera, from its prepass to the texture that materials read.
+    /// Records the mask of a camera, from its prepass to the texture that materials read.
     pub(crate) fn record_mask(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -1,4 +1,5 @@
-//! Coloured shadows on Bevy's meshes: smoke, glass and whatever else a compute shader moves filter the light of the sun.
+//! Coloured shadows on Bevy's meshes: smoke, glass and any particles of compute shaders filter the light of
+//! the sun.
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -23,9 +24,10 @@
 //! }
 //! ```
 //!
-//! gobo borrows Bevy's device, queue and encoders, and submits nothing. Bevy's light and shading stay as they are: the
-//! fragment shader of [`GoboMaterial`] multiplies what the [`DirectionalLight`](bevy::light::DirectionalLight) sends by
-//! a mask of the picture, which gobo makes from Bevy's depth and normal prepass.
+//! gobo borrows Bevy's device, queue and encoders, and submits nothing. Bevy's light and shading stay
+//! unchanged: the fragment shader of [`GoboMaterial`] multiplies the light of the
+//! [`DirectionalLight`](bevy::light::DirectionalLight) by a mask of the picture, which gobo makes from Bevy's
+//! depth and normal prepass.
 mod casters;
 mod guest;
 mod material;

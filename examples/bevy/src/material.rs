@@ -13,10 +13,10 @@ use bevy::{
 /// Mask of the picture: the share of the sun's light that reaches each pixel, in red, green and blue.
 pub(crate) const MASK: Handle<Image> = uuid_handle!("8f6c0c2e-5d0f-4d39-9f4e-3b7a3f6b2a51");
 
-/// Bevy's material, on which the sun shines through gobo's casters.
+/// Bevy's material, lit by the sun through gobo's casters.
 pub type GoboMaterial = ExtendedMaterial<StandardMaterial, ColoredLight>;
 
-/// The sun's light as it arrives at the pixels of the camera with [`ColoredShadows`](crate::ColoredShadows).
+/// The sun's light at the pixels of the camera with [`ColoredShadows`](crate::ColoredShadows).
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug)]
 pub struct ColoredLight {
     #[texture(100, sample_type = "float", filterable = false)]
@@ -35,12 +35,13 @@ impl MaterialExtension for ColoredLight {
     }
 }
 
-/// A material of Bevy's in gobo's light. It must be opaque and drawn forward, its light without shadow maps of Bevy's.
+/// A material of Bevy's in gobo's light. It must be opaque and forward-rendered, and its light must not have
+/// Bevy's shadow maps.
 pub fn lit(base: StandardMaterial) -> GoboMaterial {
     GoboMaterial { base, extension: ColoredLight::default() }
 }
 
-/// A mask that lets all light through.
+/// A mask of full light.
 pub(crate) fn clear_mask(size: UVec2) -> Image {
     let size = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
     let (format, usage) = (TextureFormat::Rgba8Unorm, TextureUsages::COPY_DST);
@@ -62,6 +63,6 @@ pub(crate) fn fit_mask(
     if let Err(error) = images.insert(&MASK, clear_mask(size)) {
         error!("no coloured shadows: {error}");
     }
-    // Each binds the mask anew.
+    // Each material binds the mask anew.
     materials.iter_mut().for_each(drop);
 }

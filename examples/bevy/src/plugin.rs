@@ -27,15 +27,15 @@ use bevy::{
 };
 use gobo::{Bounds, Receiver, ShadowSettings, model::MaskSettings};
 
-/// Adds coloured shadows of the directional light to meshes of [`GoboMaterial`], in the picture of the camera with
-/// [`ColoredShadows`].
+/// Adds coloured shadows of the directional light to meshes of [`GoboMaterial`], in the picture of the camera
+/// with [`ColoredShadows`].
 #[derive(Clone, Copy, Debug)]
 pub struct GoboPlugin {
     /// Map sizes, receivers and filters.
     pub shadow: ShadowSettings,
     /// Filters of the mask.
     pub mask: MaskSettings,
-    /// Box of all that casts and receives, world space [m].
+    /// Box around all casters and receivers, world space [m].
     pub bounds: [[f32; 3]; 2],
 }
 
@@ -52,7 +52,7 @@ impl Default for GoboPlugin {
     }
 }
 
-/// A camera that sees coloured shadows: one in an app.
+/// A camera with coloured shadows: one per app.
 #[derive(Component, Clone, Copy, Debug, Default, ExtractComponent)]
 #[extract_app(RenderApp)]
 #[require(DepthPrepass, NormalPrepass)]
@@ -132,7 +132,7 @@ fn prepare(
     }
 }
 
-/// Once a frame, before all cameras.
+/// Records once a frame, before all cameras.
 fn record(guest: Option<Res<Guest>>, mut context: RenderContext) {
     let Some(guest) = guest else { return };
     if let Err(error) = guest.record(context.command_encoder()) {
@@ -140,7 +140,7 @@ fn record(guest: Option<Res<Guest>>, mut context: RenderContext) {
     }
 }
 
-/// Of the camera, between its prepass and its main pass.
+/// Records the camera's mask, between its prepass and its main pass.
 fn mask(
     view: ViewQuery<(&ViewPrepassTextures, &ExtractedView), With<ColoredShadows>>,
     guest: Option<ResMut<Guest>>,

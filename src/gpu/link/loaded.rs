@@ -4,8 +4,8 @@ use crate::gpu::{Binding, BindingKind};
 use naga::{Expression, Function, GlobalVariable, Handle, Module, Span, front::wgsl::parse_str};
 
 impl Library {
-    /// Declares sampled textures of a kernel as `file` does, where it declares them as storage textures: at
-    /// most `most` are bound then.
+    /// Declares sampled textures of a kernel as storage textures where `file` does, so that at most `most` of
+    /// these are bound.
     pub(in crate::gpu) fn load_sampled(
         &self,
         module: &mut Module,
@@ -44,7 +44,10 @@ fn variable(module: &Module, name: &str) -> Option<Handle<GlobalVariable>> {
 
 /// Storage textures have no mip levels.
 fn load_without_level(function: &mut Function, textures: &[Handle<GlobalVariable>]) {
-    let is_one = |expression: &Expression| matches!(expression, Expression::GlobalVariable(texture) if textures.contains(texture));
+    let is_one = |expression: &Expression| {
+        let Expression::GlobalVariable(texture) = expression else { return false };
+        textures.contains(texture)
+    };
     let images: Vec<_> =
         function.expressions.iter().filter(|(_, it)| is_one(it)).map(|(image, _)| image).collect();
     for (_, expression) in function.expressions.iter_mut() {

@@ -51,7 +51,7 @@ fn item_end(text: &str, start: usize) -> Option<usize> {
             _ => continue,
         };
         let rest = &text[at + 1..];
-        // The names of an import stand in braces before the end.
+        // The names of an import stand in braces before its end.
         if depth == 0 && c != ')' && !rest.starts_with(';') {
             let line = rest.split('\n').next().unwrap_or_default();
             let is_comment = line.trim_start().starts_with("//");
@@ -94,7 +94,7 @@ fn declared(item: &'static str) -> Option<(&'static str, &'static str)> {
     words.find(|&(at, word)| is_name(at, word)).map(|(_, name)| (keyword, name))
 }
 
-/// Start of an import behind its comment, its module and its names.
+/// Start of an import after its comment, its module and its names.
 fn import(item: &'static str) -> Option<(usize, &'static str, Vec<&'static str>)> {
     let (start, word) = words(item).next()?;
     let path = item[start..].strip_prefix("import ").filter(|_| word == "import")?;

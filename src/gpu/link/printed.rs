@@ -7,21 +7,21 @@ use naga::{
     },
 };
 
-/// First lines of WGSL with subgroups in browsers, whose compilers see no more than that lanes' own values decide a branch:
-/// ballots do, which all lanes share.
+/// First lines of WGSL with subgroups in browsers. Their compilers only see that values of single lanes
+/// decide a branch, although these come from ballots, which all lanes share.
 pub const ENABLED: &str = "enable subgroups;\ndiagnostic(off, subgroup_uniformity);\n\n";
 
 /// The WGSL of a module.
 ///
 /// # Errors
-/// Why it has none.
+/// The reason why it has none.
 pub fn printed(module: &Module) -> Result<String, String> {
     let info = validated(module, Capabilities::all())?;
     let text = write_string(module, &info, WriterFlags::empty());
     text.map_err(|error| error.to_string())
 }
 
-/// The WGSL of a module as browsers want it.
+/// The WGSL of a module for browsers.
 #[cfg_attr(not(target_arch = "wasm32"), allow(dead_code, reason = "a test asks it"))]
 pub fn for_browsers(module: &Module) -> Result<String, String> {
     let text = printed(module)?;

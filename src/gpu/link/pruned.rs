@@ -1,5 +1,5 @@
-//! Modules without what is never reached. Compilers inline all of it before they see that nothing asks for
-//! it, which takes lavapipe half of the time for its own passes.
+//! Removal of unreachable code from modules. Compilers inline all of it before they see that nothing uses it,
+//! which takes lavapipe half the time of its own passes.
 use naga::{
     Arena, Block, Expression, Function, Handle, Literal, LocalVariable, Module, Statement,
     UnaryOperator,
@@ -7,10 +7,10 @@ use naga::{
 };
 use std::{collections::HashMap, mem};
 
-/// Functions without arguments that always return the same.
+/// Functions without arguments that always return the same value.
 type Answers = HashMap<Handle<Function>, bool>;
 
-/// Leaves out branches whose conditions are known to be false, and all declarations that only these use.
+/// Removes branches whose conditions are known to be false, and all declarations that only these use.
 pub(in crate::gpu) fn prune(module: &mut Module) {
     let mut answers = Answers::new();
     let mut functions = module.functions.take();
@@ -26,15 +26,15 @@ pub(in crate::gpu) fn prune(module: &mut Module) {
         prune_function(&mut entry_point.function, module, &answers);
     }
     module.entry_points = entry_points;
-    // `compact` keeps whatever has a name.
+    // `compact` keeps everything with a name.
     module.constants.iter_mut().for_each(|(_, constant)| constant.name = None);
     compact(module, KeepUnused::No);
 }
 
-/// Prunes a function, and returns its answer if it has one.
+/// Prunes a function, and returns its constant answer if it has one.
 fn prune_function(function: &mut Function, module: &Module, answers: &Answers) -> Option<bool> {
     function.named_expressions.clear();
-    let mut walk = Walk {
+    let mut walk = Traversal {
         module,
         answers,
         expressions: &mut function.expressions,
@@ -50,17 +50,17 @@ fn prune_function(function: &mut Function, module: &Module, answers: &Answers) -
     }
 }
 
-struct Walk<'a> {
+struct Traversal<'a> {
     module: &'a Module,
     answers: &'a Answers,
     expressions: &'a mut Arena<Expression>,
     variables: &'a Arena<LocalVariable>,
     /// Values of `&&` and `||`, which naga stores in nameless variables, each in the branches of one `if`.
-    /// `None`: known at run time only.
+    /// `None`: only known at run time.
     stored: HashMap<Handle<LocalVariable>, Option<bool>>,
 }
 
-impl Walk<'_> {
+impl Traversal<'_> {
     fn block(&mut self, block: Block) -> Block {
         let mut kept = Vec::with_capacity(block.len());
         for (statement, _) in block.span_into_iter() {
@@ -72,7 +72,7 @@ impl Walk<'_> {
                 break;
             }
         }
-        // Without positions, which differ where only the values of constants do.
+        // Without positions, which differ where only values of constants do.
         Block::from_vec(kept)
     }
 

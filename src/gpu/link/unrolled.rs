@@ -1,9 +1,10 @@
-//! Loops written out: `for (var i = 0u; i < unrolled(N); i += 1u) { .. }` becomes N blocks, each with its
-//! `const i`. Drivers of software adapters keep arrays in registers only where indices are literals; compilers of GPUs
-//! keep a loop of one turn if others are in it, and all that the loop leaves alone in registers.
+//! Unrolled loops: `for (var i = 0u; i < unrolled(N); i += 1u) { .. }` becomes N blocks, each with its
+//! `const i`. Drivers of software adapters keep arrays in registers only where indices are literals.
+//! Compilers of GPUs keep a loop of one turn if it contains others, with all values that it leaves unchanged
+//! in registers.
 //!
-//! In the text, where a block is copied as it is: a module's expressions are evaluated once, so that a copy there
-//! needs a copy of every kind of expression, with its operands.
+//! This is done in the text, where a block is copied as it is. In a module, expressions are evaluated once,
+//! so that a copy would need a copy of every kind of expression, with its operands.
 use super::{Constant, Linked, parse::code};
 use std::fmt::Write as _;
 
@@ -20,11 +21,11 @@ struct Loop<'a> {
 }
 
 impl Linked {
-    /// `wgsl`, this source with these values, without its marked loops of at most `max_turns` turns. Lines keep their
-    /// positions.
+    /// `wgsl`, which is this source with these values, with its marked loops of at most `max_turns` turns
+    /// unrolled. Lines keep their positions.
     pub fn unrolled(&self, mut wgsl: String, constants: &[Constant], max_turns: u32) -> String {
         let mut read = 0;
-        // What comes first contains others.
+        // The first loop contains others.
         while let Some(Loop { start, end, counter, first, turns, body }) = marked_loop(&wgsl, read)
         {
             let known = self.value(turns, constants);
@@ -43,7 +44,7 @@ impl Linked {
         wgsl
     }
 
-    /// Value of names and numbers with operators between them.
+    /// Value of an expression of names, numbers and operators.
     fn value(&self, expression: &str, constants: &[Constant]) -> Option<u32> {
         let mut words = expression.split_whitespace();
         let mut value = self.number(words.next()?, constants)?;
@@ -70,7 +71,7 @@ impl Linked {
     }
 }
 
-/// The first at or behind byte `from`.
+/// The first marked loop at or behind byte `from`.
 fn marked_loop(wgsl: &str, from: usize) -> Option<Loop<'_>> {
     let mark = from + wgsl[from..].find(MARK)?;
     let start = wgsl[..mark].rfind("for (var ")?;

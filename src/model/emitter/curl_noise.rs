@@ -1,8 +1,8 @@
-//! Noise without divergence.
+//! Curl noise: velocities without divergence.
 use crate::model::hash::pcg;
 use glam::{UVec3, Vec3};
 
-/// Velocity of divergence-free whirls: the cross product of two noise gradients (`DeWolf` 2005), of
+/// Velocity of divergence-free turbulence: the cross product of two noise gradients (`DeWolf` 2005), of
 /// magnitude about 1.
 pub fn curl_noise(at: Vec3, seed: u32) -> Vec3 {
     const SCALE: f32 = 0.875;

@@ -12,23 +12,23 @@ use crate::{
     records::{FOOTPRINT_TEXELS, GpuView, MAX_VIEWS, ROW},
     stage::{
         features::{Features, Flags, Simple},
-        profile::Profile,
         project::Chunk,
+        tuning::Tuning,
     },
     view::atlas::MapSlot,
 };
 use std::ops::RangeInclusive;
 
-/// Tiles from which a batch takes no further view: one map of 2048x2048 texels occupies any device, and its sums, pairs
-/// and segments are memory that the next one uses, too.
+/// Number of tiles at which a batch is full: one map of 2048x2048 texels occupies any device, and the next
+/// batch reuses its sums, pairs and segments.
 const MAX_TILES: u32 = 16384;
 
-/// Footprints of the host's casters that a batch has room for, 60 bytes each. Each view has room for all casters,
-/// whatever it sees: more views take more batches, not more memory.
+/// Footprints of the host's casters that a batch has room for, of 60 bytes each. Each view has room for all
+/// casters, whatever it sees, so more views take more batches, not more memory.
 const HOST_FOOTPRINTS: u64 = 3 << 19;
 
-/// Mean number of casters per tile from which collecting discs in batches of eight pays, and separate loops
-/// for the nearest casters and the rest.
+/// Mean number of casters per tile from which it pays to collect discs in batches of eight, and to have
+/// separate loops for the nearest casters and the rest.
 const DENSE: u32 = 16;
 
 /// Plan of a batch, made on the CPU.
@@ -42,13 +42,13 @@ pub struct BatchPlan {
     pub lists: [ListPlan; 2],
     /// Whether the maps have contents already.
     pub kept: bool,
-    /// Whether the maps have been filled with their values without translucent casters.
+    /// Whether the maps hold their values without translucent casters.
     pub cleared: bool,
     /// Chunks of small opaque triangles, which are in no list.
     pub small_chunks: Vec<Chunk>,
     /// The host's depth maps by view.
     pub(crate) depths: Vec<(usize, DepthInput)>,
-    /// Whether the views are the camera's: without sums, and a tile's pairs must fit.
+    /// Whether the views are the camera's, which have no sums: a tile's pairs must fit.
     pub camera: bool,
 }
 
@@ -131,6 +131,11 @@ fn bound(
 }
 
 impl BatchPlan {
+    /// Whether opaque casters are rendered, which write every texel's opaque depth.
+    pub(crate) fn has_depths(&self) -> bool {
+        self.lists[0].footprint_count > 0 || !self.small_chunks.is_empty()
+    }
+
     /// Combinations (caster, view) that are projected, without the host's.
     pub(crate) fn caster_count(&self) -> u64 {
         let uploaded = |list: &ListPlan| {
@@ -140,9 +145,9 @@ impl BatchPlan {
         listed + self.small_chunks.iter().map(|chunk| u64::from(chunk.count)).sum::<u64>()
     }
 
-    /// Whether the commands of `other` are this one's, too, with the same scratch memory: they differ in the
-    /// contents of the [inputs](super::BatchInputs).
-    pub(crate) fn is_alike(&self, other: &Self, profile: &Profile, scratch: &Scratch) -> bool {
+    /// Whether the commands of this plan serve `other`, too, with the same scratch memory: they differ only
+    /// in the contents of the [inputs](super::BatchInputs).
+    pub(crate) fn is_alike(&self, other: &Self, tuning: &Tuning, scratch: &Scratch) -> bool {
         let place =
             |view: &GpuView| (view.first_tile, view.tiles_x, view.size, view.origin, view.layer);
         let same_depths = |((a, of_a), (b, of_b)): (&(usize, DepthInput), &(usize, DepthInput))| {
@@ -158,7 +163,7 @@ impl BatchPlan {
                 .lists
                 .iter()
                 .zip(&other.lists)
-                .all(|(list, other)| list.is_alike(other, profile, scratch, self.tile_count))
+                .all(|(list, other)| list.is_alike(other, tuning, scratch, self.tile_count))
     }
 
     fn new(pending: &[PendingView<'_>], casters: &CasterSet, config: &Config, kept: bool) -> Self {
@@ -213,7 +218,7 @@ impl BatchPlan {
         // Curves of splats have no queue.
         let queued = config.toggles.queued && (nodes == 0 || filtering.features.is_plain());
         let features = filtering.features.of_walk(is_dense, queued);
-        // Those of the host's are behind all uploaded ones.
+        // The host's footprints are behind all uploaded ones.
         let in_order = features.simple() == Some(Simple::Splats) && filtering.host.is_none();
         let features = features.with(Flags::SETUPS_IN_ORDER, in_order);
         let softening = config.settings.soften && nodes > 0;

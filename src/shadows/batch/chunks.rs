@@ -19,14 +19,14 @@ use wgpu::Buffer;
 /// Chunks of a list.
 #[derive(Debug)]
 pub(crate) struct Chunks {
-    /// Of Gaussians, particles and triangles.
+    /// Chunks of Gaussians, particles and triangles.
     pub uploaded: [Option<ChunkBuffers>; 3],
-    /// Of host casters, whose number is known on the device only.
+    /// Chunks of host casters, whose number only the device knows.
     pub host: Option<HostChunks>,
 }
 
 impl Chunks {
-    /// `bin_params`: of the list, which kernels may write where it has host casters.
+    /// `bin_params`: the list's, which kernels may write where it has host casters.
     pub(super) fn new(
         context: &mut Context<'_, '_>,
         plan: &ListPlan,
@@ -39,7 +39,7 @@ impl Chunks {
         Ok(Self { uploaded: [gaussians?, particles?, triangles?], host })
     }
 
-    /// Culls the host's chunks, then projects all.
+    /// Culls the host's chunks, then projects all chunks.
     pub(super) fn project(
         &self,
         kernels: &Kernels,
@@ -59,7 +59,7 @@ impl Chunks {
             (&GAUSSIANS, gaussians),
             (&PARTICLES, particles),
             (&TRIANGLES, triangles),
-            // Of the host's chunks, each kernel takes those of its kind.
+            // Each kernel takes the host's chunks of its kind.
             (&GAUSSIANS, host(|kinds| kinds.gaussians)),
             (&PARTICLES, host(|kinds| kinds.particles)),
         ];

@@ -23,7 +23,7 @@ use wgpu::{Buffer, BufferUsages};
 pub struct Context<'a, 'd> {
     /// Allocates buffers and textures.
     pub allocator: &'a mut Allocator<'d>,
-    /// Uploads.
+    /// Queue for uploads.
     pub queue: &'a wgpu::Queue,
     /// The kernels.
     pub kernels: &'a Kernels,
@@ -33,7 +33,7 @@ pub struct Context<'a, 'd> {
     pub casters: &'a CasterSet,
     /// Memory that batches share.
     pub scratch: &'a Arc<Scratch>,
-    /// Whether the lists are the camera's: everything is visible, in order.
+    /// Whether the lists are the camera's, where everything is visible and in order.
     pub camera: bool,
     /// Tile rectangles of the footprints, if only some of them are binned at a time.
     pub binned_rects: Option<&'a wgpu::TextureView>,
@@ -84,7 +84,7 @@ impl Context<'_, '_> {
     }
 
     fn project_params(&self, plan: &ListPlan, chunk_count: u32) -> ProjectParams {
-        // Only by distance are all bricks of a grid in order along each of the camera's rays.
+        // Only by distance are all bricks of a grid in order along each ray of the camera.
         let by_distance = if plan.camera {
             plan.features.has(Flags::HAS_BRICKS)
         } else {
@@ -119,7 +119,7 @@ impl Context<'_, '_> {
         let params = self.allocator.uniform("project_params", params);
         let count = chunks.len() as u32;
         let none = BufferUsages::empty();
-        // Few sizes, so that frames of about as many chunks find each other's.
+        // Few sizes, so that frames with similar numbers of chunks share buffers.
         let room = u64::from(count).next_power_of_two();
         let buffer = self.allocator.storage::<Chunk>("chunks", room, none)?;
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(chunks));
@@ -147,7 +147,7 @@ pub fn view_uniform(allocator: &mut Allocator<'_>, views: &[GpuView]) -> Buffer 
     allocator.filled("views", &padded(views, MAX_VIEWS), usage)
 }
 
-/// Values with zeros behind them, up to a number.
+/// `values`, followed by zeros up to `count`.
 pub(super) fn padded<T: bytemuck::Zeroable + Copy>(values: &[T], count: usize) -> Vec<T> {
     let mut all = Vec::with_capacity(count);
     all.extend_from_slice(values);

@@ -1,4 +1,4 @@
-//! Chunks of a list's host casters: their number is known on the device only.
+//! Chunks of a list's host casters, whose number only the device knows.
 use crate::shadows::{
     batch::{
         context::{ChunkBuffers, Context, padded},
@@ -23,12 +23,13 @@ pub(crate) struct HostChunks {
     pub kinds: HostKinds,
     /// Six frustum planes of each view.
     pub planes: Buffer,
-    /// The culling of the groups against each view. The number of footprints goes to the parameters of bin.
+    /// The culling of the groups against each view. It writes the number of footprints to the parameters of
+    /// bin.
     pub cull: Vec<Dispatch>,
 }
 
 impl HostChunks {
-    /// `bin_params`: of the list, which kernels may write.
+    /// `bin_params`: the list's, which kernels may write.
     pub(crate) fn new(
         context: &mut Context<'_, '_>,
         plan: &ListPlan,

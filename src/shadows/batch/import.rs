@@ -12,8 +12,8 @@ use crate::{
 };
 use wgpu::Buffer;
 
-/// The import of a batch's depth maps, each with the buffer of its parameters. `depths`: with indices into `views`.
-/// `is_rendered`: our own opaque casters render the batch's depths in each frame.
+/// The import of a batch's depth maps, each with the buffer of its parameters. `depths`: with indices into
+/// `views`. `is_rendered`: our own opaque casters render the batch's depths in each frame.
 pub(in crate::shadows) fn imports(
     context: &mut Context<'_, '_>,
     maps: &Maps,

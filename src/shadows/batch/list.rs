@@ -15,7 +15,7 @@ use crate::{
 };
 use wgpu::{Buffer, BufferUsages};
 
-/// Kinds of casters and views that the kernels of a list depend on: those that project, or bin outlines.
+/// Kinds of casters and views that a list's kernels depend on, where they project or bin outlines.
 const KINDS: Flags = Flags::HAS_BRICKS
     .union(Flags::HAS_GAUSSIANS)
     .union(Flags::HAS_CAPSULES)
@@ -26,7 +26,7 @@ const KINDS: Flags = Flags::HAS_BRICKS
 pub type ListCounters = BatchCounters;
 
 impl ListCounters {
-    /// Adds the counts of another list; of the pairs needed it keeps the larger.
+    /// Adds the counts of another list, but keeps the larger number of needed pairs.
     pub fn add(&mut self, other: &Self) {
         self.pairs_needed = self.pairs_needed.max(other.pairs_needed);
         self.pair_count += other.pair_count;
@@ -40,7 +40,7 @@ impl ListCounters {
     }
 }
 
-/// The commands of one list, stage by stage. Without casters all but `clear` and `tiles` are empty.
+/// The commands of one list, stage by stage. Without casters, all but `clear` and `tiles` are empty.
 #[derive(Debug)]
 pub struct List {
     /// Footprints of the list.
@@ -65,7 +65,7 @@ pub struct List {
 }
 
 impl List {
-    /// A list of casters by plan.
+    /// The list of a plan.
     pub fn new(
         context: &mut Context<'_, '_>,
         plan: &ListPlan,
@@ -77,17 +77,17 @@ impl List {
         let counters =
             context.allocator.storage::<BatchCounters>("counters", 1, BufferUsages::COPY_SRC)?;
         let values = BinParams::new(
-            context.config.profile.shape,
+            context.config.tuning.partition,
             plan.footprint_count,
             context.pair_capacity(plan),
             tile_count,
             view_count,
-            plan.segment_length(&context.config.profile),
+            plan.segment_length(&context.config.tuning),
         );
         let params = context.listed_uniform("bin_params", &values, plan.host.is_some());
         let chunks = Chunks::new(context, plan, &params)?;
         let bucketed =
-            context.pair_capacity(plan) > 0 && scratch.has_buckets(plan, &context.config.profile);
+            context.pair_capacity(plan) > 0 && scratch.has_buckets(plan, &context.config.tuning);
         let sorts = (plan.footprint_count > 0 && !bucketed)
             .then(|| sorts(context, plan, [&params, &counters], tile_count))
             .transpose()?;
@@ -113,7 +113,7 @@ impl List {
             pairs.pass("gobo bin", bin_pairs(context, features, &footprints, &values)?);
             of_tiles = tiles.dispatches;
         }
-        // Curves take what was scattered themselves.
+        // Curves read scattered casters themselves.
         let curves = plan.features.nodes > 0 && !context.camera;
         let scattered = if curves { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
         let resources =
@@ -153,7 +153,7 @@ impl List {
     }
 }
 
-/// The sort of the footprints by depth, and that of their pairs by tile. `params`: of bin.
+/// The sort of the footprints by depth, and of their pairs by tile. `params`: those of bin.
 fn sorts(
     context: &mut Context<'_, '_>,
     plan: &ListPlan,
@@ -204,12 +204,12 @@ fn bin_pairs(
     resources: &Resources,
     values: &BinParams,
 ) -> Result<[Dispatch; 3], Error> {
-    let (scratch, shape) = (context.scratch, context.config.profile.shape);
+    let (scratch, partition) = (context.scratch, context.config.tuning.partition);
     let resources = resources
         .clone()
         .with("pairs", &scratch.pairs[0])
         .with("rects", context.binned_rects.unwrap_or(&scratch.rects));
     let run = |desc, groups: [u32; 3]| context.kernels.dispatch(desc, features, &resources, groups);
-    let ([count, emit], runs) = (bin::count_and_emit(shape), values.run_groups(shape));
+    let ([count, emit], runs) = (bin::count_and_emit(partition), values.run_groups(partition));
     Ok([run(count, runs)?, run(&bin::SCAN, [1, 1, 1])?, run(emit, runs)?])
 }

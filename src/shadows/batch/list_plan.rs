@@ -1,7 +1,7 @@
 //! The casters that a list of a batch projects.
 use crate::shadows::{
     batch::scratch::Scratch,
-    casters::{CasterSet, group::Kind, host_casters::planes, host_kinds::HostKinds},
+    casters::{CasterSet, group::CasterKind, host_casters::planes, host_kinds::HostKinds},
     cull::PairBound,
 };
 use crate::{
@@ -14,9 +14,9 @@ use crate::{
         buckets::BUCKET_TILE,
         features::{Features, Flags},
         light_points::ROUND_LENGTH,
-        profile::Profile,
         project::Chunk,
-        sort::Shape,
+        sort::Partition,
+        tuning::Tuning,
     },
 };
 use glam::Vec4;
@@ -30,11 +30,11 @@ pub struct ListPlan {
     /// Whether it is a list of the camera.
     pub camera: bool,
     pub features: Features,
-    /// Of Gaussians, particles and triangles.
+    /// Chunks of Gaussians, particles and triangles.
     pub chunks: [Vec<Chunk>; 3],
-    /// Those of particles that may have some on the scatter path.
+    /// Chunks of particles that may have some on the scatter path.
     pub tiny_chunks: Vec<Chunk>,
-    /// Host casters, whose number is known on the device only.
+    /// Host casters, whose number only the device knows.
     pub(crate) host: Option<HostList>,
     /// Footprints of Gaussians, of particles, of triangles, then the capacity of the host's casters.
     pub footprint_count: u32,
@@ -75,7 +75,8 @@ impl ListPlan {
             }
             chunks
         };
-        let chunks = [Kind::Gaussians, Kind::Particles, Kind::Triangles].map(&mut chunks_of);
+        let chunks = [CasterKind::Gaussians, CasterKind::Particles, CasterKind::Triangles]
+            .map(&mut chunks_of);
         let count = |chunks: &Vec<Chunk>| chunks.iter().map(|chunk| chunk.count).sum::<u32>();
         let [gaussian_count, particle_count, _] = chunks.each_ref().map(count);
         Self {
@@ -94,7 +95,7 @@ impl ListPlan {
         }
     }
 
-    /// Those of the particles' chunks that may have tiny particles.
+    /// Chunks of particles that may have tiny ones.
     pub(in crate::shadows) fn tiny(
         &self,
         casters: &CasterSet,
@@ -106,7 +107,7 @@ impl ListPlan {
             let listed = visible.iter().map(|&group| &groups[group as usize]);
             listed
                 .filter(|group| {
-                    group.class == Class::Translucent && group.kind() == Kind::Particles
+                    group.class == Class::Translucent && group.kind() == CasterKind::Particles
                 })
                 .map(|group| &group.extent)
         });
@@ -135,22 +136,23 @@ impl ListPlan {
         taken
     }
 
-    /// Whether the commands of `other` are this one's, too: see [`BatchPlan::is_alike`](super::batch_plan::BatchPlan::is_alike).
+    /// Whether the commands of this list serve `other`, too: see
+    /// [`BatchPlan::is_alike`](super::batch_plan::BatchPlan::is_alike).
     pub(crate) fn is_alike(
         &self,
         other: &Self,
-        profile: &Profile,
+        tuning: &Tuning,
         scratch: &Scratch,
         tile_count: u32,
     ) -> bool {
-        let (shape, capacity) = (profile.shape, scratch.pair_capacity);
+        let (partition, capacity) = (tuning.partition, scratch.pair_capacity);
         let decided = |list: &Self| {
             let chunk_counts = (list.chunks.each_ref().map(Vec::len), list.tiny_chunks.len());
             (
                 (list.filters, list.camera, list.features, chunk_counts),
                 (list.footprint_count, list.gaussian_count, list.first_setup),
-                (list.has_segments(profile), scratch.has_buckets(list, profile)),
-                (list.may_overflow(shape, capacity), list.may_part(shape, capacity)),
+                (list.has_segments(tuning), scratch.has_buckets(list, tuning)),
+                (list.may_overflow(partition, capacity), list.may_part(partition, capacity)),
                 list.most_parts(scratch.part_room, tile_count),
                 list.host.as_ref().map(HostList::shape),
             )
@@ -164,7 +166,7 @@ impl ListPlan {
     }
 
     /// Pairs that one workgroup walks at a time.
-    pub(crate) fn segment_length(&self, profile: &Profile) -> u32 {
+    pub(crate) fn segment_length(&self, tuning: &Tuning) -> u32 {
         match self.features {
             _ if self.camera => ROUND_LENGTH,
             Features { nodes: 1.., flags, .. } if flags.contains(Flags::HAS_BRICKS) => {
@@ -176,73 +178,73 @@ impl ListPlan {
                 ORDERED_SEGMENT
             }
             Features { nodes: 1.., .. } => CURVE_SEGMENT,
-            features if features.has(Flags::QUEUED) || features.is_plain() => profile.disc_segment,
+            features if features.has(Flags::QUEUED) || features.is_plain() => tuning.disc_segment,
             _ => SEGMENT_LENGTH,
         }
     }
 
     /// Whether a tile may have more pairs than a segment.
-    pub(crate) fn has_segments(&self, profile: &Profile) -> bool {
-        self.bound.of_tile > self.segment_length(profile)
+    pub(crate) fn has_segments(&self, tuning: &Tuning) -> bool {
+        self.bound.of_tile > self.segment_length(tuning)
     }
 
     /// Pairs of the buckets that it may be binned by; 0 if it may not.
-    pub(crate) fn bucket_room(&self, profile: &Profile, capacity: u32) -> u64 {
+    pub(crate) fn bucket_room(&self, tuning: &Tuning, capacity: u32) -> u64 {
         let bound = &self.bound;
-        let is_few = bound.pairs <= u64::from(profile.bucket_pairs.min(capacity))
+        let is_few = bound.pairs <= u64::from(tuning.bucket_pairs.min(capacity))
             && (bound.of_tile <= BUCKET_TILE || self.had_short_tiles)
-            && profile.shape == Shape::Wide;
+            && tuning.partition == Partition::Wide;
         if is_few && !self.camera && self.host.is_none() { bound.pairs } else { 0 }
     }
 
     /// Whether some footprints' pairs may not fit.
-    pub(crate) fn may_overflow(&self, shape: Shape, capacity: u32) -> bool {
+    pub(crate) fn may_overflow(&self, partition: Partition, capacity: u32) -> bool {
         let of_caster = u64::from(self.bound.of_caster);
-        // Rows of outlines take turns, too.
+        // Rows of outlines take turns of their own.
         let outlined = self.features.has(Flags::HAS_GAUSSIANS);
         let turns = if outlined { 3 * of_caster + 2 } else { of_caster };
         let of_run = u64::from(bin::run_length(self.footprint_count)) * turns;
-        let is_long = shape == Shape::Serial && of_run > u64::from(bin::RUN_PAIRS);
+        let is_long = partition == Partition::Serial && of_run > u64::from(bin::RUN_PAIRS);
         self.bound.pairs > u64::from(capacity) || is_long
     }
 
     /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
     /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
-    /// Neither while those of earlier frames fit with room to spare: each part is recorded, needed or not. But lists that
-    /// are composed go through parts, because scattered casters are out of order.
-    pub(crate) fn may_part(&self, shape: Shape, capacity: u32) -> bool {
+    /// Neither while those of earlier frames fit with room to spare: each part is recorded, needed or not.
+    /// But lists that are composed go through parts, because scattered casters are out of order.
+    pub(crate) fn may_part(&self, partition: Partition, capacity: u32) -> bool {
         let may_scatter = self.host.is_some() || !self.is_composed();
         let fits = may_scatter && self.expected.is_some_and(|pairs| pairs <= capacity);
-        self.filters && !self.camera && !fits && self.may_overflow(shape, capacity)
+        self.filters && !self.camera && !fits && self.may_overflow(partition, capacity)
     }
 
-    /// Least room for the pairs of a part: for those of any tile, and so many that parts are few.
+    /// Least room for the pairs of a part: for the pairs of any tile, and enough that parts are few.
     pub(crate) fn part_room(&self) -> u64 {
         const USUAL: u64 = 1 << 18;
         u64::from(self.bound.of_tile.min(self.footprint_count)).max(USUAL.min(self.bound.pairs))
     }
 
-    /// Parts of the tiles that are recorded, with room for so many pairs in each.
+    /// Number of recorded parts of the tiles, with room for `room` pairs in each.
     pub(crate) fn most_parts(&self, room: u32, tile_count: u32) -> u32 {
-        /// Each is recorded, needed or not. The pairs of the host's casters have no useful bound.
+        /// Each part is recorded, needed or not, and the pairs of the host's casters have no useful bound.
         const MAX: u64 = 512;
         const MAX_HOST_PARTS: u64 = 32;
         let most = if self.host.is_some() { MAX_HOST_PARTS } else { MAX };
-        // Two parts that follow each other have more pairs than there is room for in one.
+        // Two consecutive parts together have more pairs than one has room for.
         let enough = self.bound.pairs / u64::from(room.max(1)) * 2 + 2;
         enough.min(u64::from(tile_count) + 1).min(most) as u32
     }
 
-    /// Setups of triangles, and those that Gaussians, uploaded and of the host, take the room of.
+    /// Setups of triangles, plus those whose room uploaded and host Gaussians take.
     pub(crate) fn setup_count(&self) -> u32 {
         let end = self.host.as_ref().map_or(self.footprint_count, |host| host.first_footprint);
         let of_host = self.host.as_ref().filter(|host| host.kinds.gaussians);
-        // They begin at a whole setup of theirs.
+        // Their setups begin at a whole one.
         let of_host = of_host.map_or(0, |_| gaussian_room(self.footprint_count - end + 1));
         self.gaussian_setups() + end - self.first_setup + of_host
     }
 
-    /// Footprint of the host's Gaussian setup with number 0, modulo 2^32: their setups are behind all others.
+    /// Footprint with the host's Gaussian setup 0, modulo 2^32: host setups are behind all others.
     pub(crate) fn host_setup_origin(&self) -> u32 {
         self.host.as_ref().map_or(0, |host| {
             let before = self.gaussian_setups() + host.first_footprint - self.first_setup;
@@ -251,18 +253,17 @@ impl ListPlan {
         })
     }
 
-    /// Number of triangles' setups that those of the Gaussians in front of them take the room of.
+    /// Number of triangle setups whose room the Gaussians before them take.
     pub(crate) fn gaussian_setups(&self) -> u32 {
         gaussian_room(self.gaussian_count)
     }
 
-    /// Footprint of the setup with number 0, modulo 2^32.
+    /// Footprint with setup 0, modulo 2^32.
     pub fn setup_origin(&self) -> u32 {
         self.first_setup.wrapping_sub(self.gaussian_setups())
     }
 
-    /// Expected number of footprints: a caster of the host is seldom visible in more than two views of a
-    /// batch.
+    /// Expected number of footprints: a host caster is seldom visible in more than two views of a batch.
     pub(crate) fn likely_count(&self) -> u64 {
         const VIEWS: u64 = 2;
         self.host.as_ref().map_or(u64::from(self.footprint_count), |host| {
@@ -297,7 +298,7 @@ impl ListPlan {
     }
 }
 
-/// Number of triangles' setups that so many setups of Gaussians take the room of.
+/// Number of triangle setups whose room `count` setups of Gaussians take.
 fn gaussian_room(count: u32) -> u32 {
     let texels = u64::from(count) * u64::from(GAUSSIAN_TEXELS);
     texels.div_ceil(SETUP_TEXELS.into()) as u32

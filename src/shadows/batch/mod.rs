@@ -1,4 +1,4 @@
-//! A batch: as many views as share the scratch memory at once, from casters to maps.
+//! A batch: as many views as share the scratch memory at a time, from casters to maps.
 pub mod batch_plan;
 mod chunks;
 pub mod context;
@@ -28,16 +28,16 @@ use wgpu::Buffer;
 /// The commands of a batch.
 #[derive(Debug)]
 pub(in crate::shadows) struct Batch {
-    /// From casters to maps.
+    /// Commands from casters to maps.
     pub commands: Commands,
-    /// From casters to the number of pairs of both lists.
+    /// Commands from casters to the pair counts of both lists.
     pub counting: Commands,
     /// Counters of the blocking and of the filtering list.
     pub counters: [Buffer; 2],
     pub inputs: BatchInputs,
 }
 
-/// Buffers of a batch whose contents its plan alone decides.
+/// Buffers of a batch whose contents depend on its plan alone.
 #[derive(Debug)]
 pub(in crate::shadows) struct BatchInputs {
     pub views: Buffer,
@@ -51,7 +51,7 @@ pub(in crate::shadows) struct BatchInputs {
 
 #[derive(Debug)]
 struct ListInputs {
-    /// Of Gaussians, particles and triangles.
+    /// Chunks of Gaussians, particles and triangles.
     chunks: [Option<Buffer>; 3],
     /// Frustum planes for the host's casters.
     planes: Option<Buffer>,
@@ -93,7 +93,7 @@ impl Batch {
             |i: usize| List::new(context, &plan.lists[i], &views, view_count, tile_count);
         let (blocking, filtering) = (list(0)?, list(1)?);
         let (small, small_chunks) = small_triangles(context, plan, &views)?.unzip();
-        // Without opaque casters the opaque depth of new maps stays 1, as `Maps` initialised it.
+        // Without opaque casters, the opaque depth of new maps stays 1, as `Maps` initialised it.
         let has_old_depths = plan.kept && small.is_none();
         let by_channel = maps.colored.is_some() && small.is_some();
         let reads_blocking = blocking.footprint_count > 0 || has_old_depths || by_channel;

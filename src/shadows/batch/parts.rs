@@ -1,10 +1,10 @@
 //! Filtering lists whose pairs did not fit: binned again, a part of the tiles at a time.
 //!
-//! Every tile then has all of its pairs, in order, so that the maps have the same bits as with room for all
-//! pairs. `part_count` counts the pairs of each tile, and `part_plan` decides: if the parts that are recorded
-//! suffice, all tiles are left to them, otherwise what did not fit is scattered. Each part is the next tiles
-//! whose pairs there is room for; the kernels that read a list then walk them as usual. Where all pairs fit,
-//! all of this is dispatched with no workgroup.
+//! So every tile has all of its pairs, in order, and the maps have the same bits as with room for all pairs.
+//! `part_count` counts the pairs of each tile, and `part_plan` decides: if the recorded parts suffice, they
+//! walk all tiles; otherwise casters that did not fit are scattered. Each part takes the next tiles whose
+//! pairs there is room for; the kernels that read a list then walk them as usual. Where all pairs fit, all of
+//! these kernels are dispatched with no workgroups.
 use super::{context::Context, list_plan::ListPlan};
 use crate::{
     error::Error,
@@ -24,15 +24,15 @@ pub(crate) struct Parts {
     pub count: u32,
     /// The choice between parts and scattering, after the pairs were written.
     pub plan: Commands,
-    /// Without it, segments of the list would be walked again where no part follows.
+    /// The reset without which segments of the list would be walked again where no part follows.
     pub first: Dispatch,
     /// The pairs of the next part.
     pub next: [Dispatch; 2],
 }
 
 impl Parts {
-    /// `None` if all pairs fit. `values`: parameters of bin; `resources`: of the kernel that finds each tile's pairs; `sorted`: index of
-    /// the texture of sorted keys.
+    /// `None` if all pairs fit. `values`: parameters of bin; `resources`: for the kernel that finds each
+    /// tile's pairs; `sorted`: index of the texture of sorted keys.
     pub(crate) fn new(
         context: &Context<'_, '_>,
         list: &ListPlan,
@@ -44,7 +44,7 @@ impl Parts {
         let toggles = &context.config.toggles;
         let may_part = toggles.parts
             && !toggles.sums
-            && list.may_part(context.config.profile.shape, scratch.pair_capacity);
+            && list.may_part(context.config.tuning.partition, scratch.pair_capacity);
         let Some(buffers) = scratch.parts.as_ref().filter(|_| may_part) else {
             return Ok(None);
         };
@@ -66,19 +66,19 @@ impl Parts {
         let gaussians = list.features.has(Flags::HAS_GAUSSIANS);
         let features = Features::NONE.with(Flags::HAS_GAUSSIANS, gaussians);
         let run = |desc, work: Work| context.kernels.dispatch(desc, features, &resources, work);
-        let by = |counts: bin::Dispatch| Work::indirect(&scratch.dispatches, counts.offset());
+        let by = |counts: bin::DispatchEntry| Work::indirect(&scratch.dispatches, counts.offset());
         let mut plan = Commands::new();
         plan.pass(
             "gobo bin",
             [
                 run(&bin::PART_CLEAR, values.tile_groups().into())?,
-                run(&bin::PART_COUNT, by(bin::Dispatch::PartCount))?,
+                run(&bin::PART_COUNT, by(bin::DispatchEntry::PartCount))?,
                 run(&bin::PART_PLAN, [1, 1, 1].into())?,
             ],
         );
         let next = [
             run(&bin::PART_NEXT, Work::indirect(&buffers.turn, 0))?,
-            run(&bin::PART_GATHER, by(bin::Dispatch::Part))?,
+            run(&bin::PART_GATHER, by(bin::DispatchEntry::Part))?,
         ];
         let first = run(&bin::PART_FIRST, [1, 1, 1].into())?;
         Ok(Some(Self { count, plan, first, next }))

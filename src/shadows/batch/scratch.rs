@@ -10,22 +10,22 @@ use crate::{
     records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, SETUP_TEXELS},
     stage::{
         accumulate::composed_texels,
-        bin::{self, Dispatch, Segment},
+        bin::{self, DispatchEntry, Segment},
         curve::{partial_bytes, partial_count},
         features::Flags,
-        profile::Profile,
         sort::{PAIR_FORMAT, pair_limit},
+        tuning::Tuning,
     },
 };
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages, TextureView};
 
-/// Capacity that every frame may have \[pairs\]: 16 MiB of them.
+/// Pairs that every frame has room for: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
 
-/// Scratch memory of lists and batches, which use it one after another.
+/// Scratch memory that lists and batches use one after another.
 #[derive(Debug)]
 pub struct Scratch {
-    /// Resources of it that kernels of every list use.
+    /// Scratch resources that kernels of every list use.
     pub resources: Resources,
     /// Depth keys and footprints, before and after a pass of the sort.
     pub keys: [TextureView; 2],
@@ -97,8 +97,8 @@ impl ScratchSizes {
         let camera = plans.iter().any(|plan| plan.camera);
         let least = if camera { u32::try_from(footprints).unwrap_or(u32::MAX).max(1) } else { 1 };
         let with_small = plans.iter().filter(|plan| !plan.small_chunks.is_empty());
-        // An upper bound, or a first guess: a frame reports what it needed, and the next is prepared with
-        // it.
+        // An upper bound, or a first guess: a frame reports the pairs that it needed, and the next one is
+        // prepared with them.
         let bound = lists().map(|list| list.bound.pairs).max().unwrap_or(0);
         let likely = lists().map(ListPlan::likely_count).max().unwrap_or(0);
         let guess = if bound <= FREE_PAIRS {
@@ -112,7 +112,7 @@ impl ScratchSizes {
         let segment_bytes = partial_bytes(nodes, changes);
         let curved = lists().filter(|list| list.features.nodes > 0);
         let segment =
-            curved.map(|list| list.segment_length(&config.profile)).min().unwrap_or(CURVE_SEGMENT);
+            curved.map(|list| list.segment_length(&config.tuning)).min().unwrap_or(CURVE_SEGMENT);
         let limit = match nodes {
             0 => limit,
             _ => {
@@ -123,9 +123,9 @@ impl ScratchSizes {
         };
         let pairs =
             pairs.unwrap_or(guess).min(config.settings.pair_budget).clamp(least.min(limit), limit);
-        let parts = |list: &&ListPlan| list.may_part(config.profile.shape, pairs);
+        let parts = |list: &&ListPlan| list.may_part(config.tuning.partition, pairs);
         let room = lists().filter(parts).map(ListPlan::part_room).max().unwrap_or(0);
-        let buckets = lists().map(|list| list.bucket_room(&config.profile, pairs));
+        let buckets = lists().map(|list| list.bucket_room(&config.tuning, pairs));
         let with_parts = plans.iter().filter(|plan| plan.lists.iter().any(|list| parts(&list)));
         Self {
             footprints,
@@ -148,7 +148,7 @@ impl ScratchSizes {
 const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each batch: new
-/// memory is, and `resolve` resets it.
+/// memory is zero, and `resolve` resets it.
 fn sums(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Resources, Error> {
     let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
     SUMS.iter().try_fold(Resources::new(), |all, name| {
@@ -163,9 +163,9 @@ fn sums(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Resour
 /// Buffers of the parts, which all lists use one after another.
 #[derive(Debug)]
 pub(crate) struct PartBuffers {
-    /// Pairs of each tile, then before each tile.
+    /// Pairs of each tile, then their prefix sum.
     pub tile_pairs: Buffer,
-    /// Workgroup counts of `part_next`, which writes the others.
+    /// Workgroup counts of `part_next`, which writes those of the other kernels.
     pub turn: Buffer,
 }
 
@@ -179,7 +179,10 @@ impl PartBuffers {
     }
 }
 
-/// Depths of a batch, one element per texel, and their initial values.
+/// Most bytes of initial depths, which are copied again and again: they stay in a core's cache.
+const FAR_BYTES: u64 = 1 << 20;
+
+/// Depths of a batch, one element per texel, and the initial values of some.
 #[derive(Debug)]
 pub(crate) struct SmallDepths {
     pub depths: Buffer,
@@ -188,16 +191,12 @@ pub(crate) struct SmallDepths {
 
 impl SmallDepths {
     /// `texels`: 0 if no batch has small triangles.
-    fn new(allocator: &mut Allocator<'_>, queue: &wgpu::Queue, texels: u64) -> Result<Self, Error> {
+    fn new(allocator: &mut Allocator<'_>, texels: u64) -> Result<Self, Error> {
         let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let depths = allocator.storage::<u32>("small_depths", texels, usage)?;
-        let far = if texels > 0 {
-            let far = allocator.storage::<u32>("far_depths", texels, usage)?;
-            queue.write_buffer(&far, 0, bytemuck::cast_slice(&vec![1.0_f32; texels as usize]));
-            Some(far)
-        } else {
-            None
-        };
+        let far_count = texels.min(FAR_BYTES / size_of::<f32>() as u64) as usize;
+        let far =
+            (texels > 0).then(|| allocator.filled("far_depths", &vec![1.0_f32; far_count], usage));
         Ok(Self { depths, far })
     }
 }
@@ -206,7 +205,6 @@ impl Scratch {
     /// Memory of batches.
     pub fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         config: &Config,
         plans: &[BatchPlan],
         pairs: Option<u32>,
@@ -216,7 +214,7 @@ impl Scratch {
         let limits = allocator.device.limits();
         let sizes =
             ScratchSizes::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
-        let shape = config.profile.shape;
+        let partition = config.tuning.partition;
         let storage = TextureUsages::STORAGE_BINDING;
         let mut records = |label, format, texels| {
             allocator.records(label, format, texels, storage).map(|texture| view(&texture))
@@ -241,7 +239,7 @@ impl Scratch {
         let mut words = |name, count| allocator.storage::<u32>(name, count, none);
         let scattered_tiles = words("scattered_tiles", sizes.tiles)?;
         let merged_tiles = words("merged_tiles", sizes.tiles)?;
-        let run_offsets = words("run_offsets", bin::max_offsets(shape).into())?;
+        let run_offsets = words("run_offsets", bin::max_offsets(partition).into())?;
         let overflow = words("overflow", sizes.footprints)?;
         let tile_cursors = words("tile_cursors", sizes.tiles * sizes.bucket_room.min(1))?;
         let curves = u64::from(nodes > 0);
@@ -249,17 +247,20 @@ impl Scratch {
         let parts = (sizes.part_tiles > 0)
             .then(|| PartBuffers::new(allocator, sizes.part_tiles))
             .transpose()?;
-        let shortest = sizes.segment.min(bin::SEGMENT_LENGTH).min(config.profile.disc_segment);
+        let shortest = sizes.segment.min(bin::SEGMENT_LENGTH).min(config.tuning.disc_segment);
         let segments = u64::from(sizes.part_room / shortest) + sizes.tiles;
         let partials =
             curves * partial_count(sizes.part_room, sizes.segment) * sizes.segment_bytes / 16;
         let bucketed = allocator.storage::<[[u32; 2]; 2]>("bucketed", sizes.bucket_room, none)?;
         let segments = allocator.storage::<Segment>("segments", segments, none)?;
-        let dispatches =
-            allocator.storage::<[u32; 4]>("dispatches", Dispatch::COUNT, BufferUsages::INDIRECT)?;
+        let dispatches = allocator.storage::<[u32; 4]>(
+            "dispatches",
+            DispatchEntry::COUNT,
+            BufferUsages::INDIRECT,
+        )?;
         let partials = allocator.storage::<[u32; 4]>("partials", partials, none)?;
         let sums = sums(allocator, config.tier, sizes.summed_tiles * TEXELS)?;
-        let small = SmallDepths::new(allocator, queue, sizes.small_tiles * TEXELS)?;
+        let small = SmallDepths::new(allocator, sizes.small_tiles * TEXELS)?;
         let resources = sums
             .with("footprints", &footprints)
             .with("rects", &rects)
@@ -295,8 +296,8 @@ impl Scratch {
     }
 
     /// Whether a list is binned by buckets.
-    pub(crate) fn has_buckets(&self, list: &ListPlan, profile: &Profile) -> bool {
-        let room = list.bucket_room(profile, self.pair_capacity);
+    pub(crate) fn has_buckets(&self, list: &ListPlan, tuning: &Tuning) -> bool {
+        let room = list.bucket_room(tuning, self.pair_capacity);
         list.footprint_count > 0 && (1..=self.sizes.bucket_room).contains(&room)
     }
 

@@ -17,7 +17,8 @@ use crate::{
 };
 use wgpu::Buffer;
 
-/// Commands that write the small triangles of a batch, and the buffer of their chunks; `None` if there are none.
+/// Commands that write the small triangles of a batch, and the buffer of their chunks; `None` without small
+/// triangles.
 pub(in crate::shadows) fn small_triangles(
     context: &mut Context<'_, '_>,
     plan: &BatchPlan,
@@ -36,7 +37,9 @@ pub(in crate::shadows) fn small_triangles(
     let small = kernels.dispatch(&occlude::SMALL, Features::NONE, &resources, grid(chunk_count))?;
     let mut commands = Commands::new();
     let bytes = u64::from(plan.tile_count * TILE_SIZE * TILE_SIZE) * 4;
-    commands.copy_buffer(LABEL, (far, 0), (depths, 0), bytes);
+    for at in (0..bytes).step_by(far.size() as usize) {
+        commands.copy_buffer(LABEL, (far, 0), (depths, at), far.size().min(bytes - at));
+    }
     commands.pass(LABEL, [small]);
     Ok(Some((commands, buffers.chunks)))
 }

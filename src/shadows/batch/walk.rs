@@ -46,22 +46,22 @@ impl Walk<'_> {
             .with("pairs", &scratch.pairs[list.sorted_pairs])
             .with("partials", composed.unwrap_or(&scratch.partials));
         let run = |desc, work: Work| context.kernels.dispatch(desc, features, &resources, work);
-        let by = |counts: bin::Dispatch| Work::indirect(&scratch.dispatches, counts.offset());
+        let by = |counts: bin::DispatchEntry| Work::indirect(&scratch.dispatches, counts.offset());
         let overflows = list.footprint_count > 0
-            && plan.may_overflow(context.config.profile.shape, context.pair_capacity(plan));
+            && plan.may_overflow(context.config.tuning.partition, context.pair_capacity(plan));
         // Segments of a tile, or its pairs and scattered casters, are merged; tiles of curves read scattered
         // casters themselves.
         let may_scatter = !tiny.is_empty() || overflows;
         let merges =
-            plan.has_segments(&context.config.profile) || (may_scatter && features.nodes == 0);
+            plan.has_segments(&context.config.tuning) || (may_scatter && features.nodes == 0);
 
         let [x, y, _] = bin::tile_grid(self.tile_count);
-        let shares = context.config.profile.tile_shares(kernels.tiles);
+        let shares = context.config.tuning.tile_shares(kernels.tiles);
         let tiles = run(kernels.tiles, [x, y, shares].into())?;
         let (mut read, mut resolve) = (vec![tiles], Vec::new());
         if merges {
-            read.push(run(kernels.segments, by(bin::Dispatch::Segment))?);
-            resolve.push(run(kernels.resolve, by(bin::Dispatch::Merged))?);
+            read.push(run(kernels.segments, by(bin::DispatchEntry::Segment))?);
+            resolve.push(run(kernels.resolve, by(bin::DispatchEntry::Merged))?);
         }
         let mut commands = list.clear.clone();
         commands.append(list.project.clone());
@@ -79,13 +79,13 @@ impl Walk<'_> {
             commands.append(parts.plan.clone());
         }
         if overflows {
-            commands.pass(label, [run(kernels.overflow, by(bin::Dispatch::Overflow))?]);
+            commands.pass(label, [run(kernels.overflow, by(bin::DispatchEntry::Overflow))?]);
         }
         commands.append(list.tiles.clone());
         commands.pass(label, read.clone());
         commands.pass(last, resolve.clone());
         if let Some(parts) = &list.parts {
-            read[0] = read[0].with_work(by(bin::Dispatch::Part));
+            read[0] = read[0].with_work(by(bin::DispatchEntry::Part));
             let part = [&parts.next[..], &read, &resolve].concat();
             let all = (0..parts.count).flat_map(|_| part.iter().cloned());
             commands.pass(label, merges.then(|| parts.first.clone()).into_iter().chain(all));

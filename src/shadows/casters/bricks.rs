@@ -16,23 +16,23 @@ const TEXEL_BYTES: u32 = 8;
 #[derive(Debug)]
 pub(super) struct UploadedBricks {
     pub records: wgpu::Texture,
-    /// Voxels, a slot of 9 x 8 x 8 texels for each brick that has some. A texel has four: its own, and the next in y, in
-    /// z and in both, so that two loads have all of a cell.
+    /// Voxels, in a slot of 9 x 8 x 8 texels for each brick that has some. A texel has four voxels: its own,
+    /// and the next in y, in z and in both, so that two loads fetch all of a cell.
     pub voxels: wgpu::Texture,
     slots: UVec3,
     bricks: Bricks,
-    /// Uploaded ones, then the host's.
+    /// Uploaded grids, then the host's.
     grids: Vec<Grid>,
     /// Number of uploaded grids, and of their bricks.
     uploaded: [usize; 2],
 }
 
-/// Slots of a brick: of its voxels, and of their temperatures.
+/// Slots of a brick: for its voxels, and for their temperatures.
 fn slots_of(brick: &Brick) -> u32 {
     u32::from(brick.voxels().is_some()) + u32::from(brick.temperature.is_some())
 }
 
-/// Slots along each axis for `count` of them, a cube of at most `most` if they fit.
+/// Slots along each axis for `count` of them, in a cube of edge `most` at most if they fit.
 fn slots(count: u32, most: u32) -> UVec3 {
     let side = (1..most).find(|&side| side.saturating_pow(3) >= count).unwrap_or(most);
     let rows = count.div_ceil(side).max(1);
@@ -73,7 +73,8 @@ impl UploadedBricks {
         self.bricks.among(particles, ..self.uploaded[1])
     }
 
-    /// For each grid of the host its bricks, as particles with the indices of their records, and the slot of the first.
+    /// For each grid of the host: its bricks, as particles with the indices of their records, and the slot of
+    /// the first.
     pub(super) fn of_host(&self) -> impl Iterator<Item = (&[Particle], u32)> {
         let (uploaded, of_host) = self.grids.split_at(self.uploaded[0]);
         let slot_count = |grid: &Grid| grid.bricks.iter().map(slots_of).sum::<u32>();
@@ -94,8 +95,8 @@ impl UploadedBricks {
         (self.bricks.voxels.len() as u32).div_ceil(self.slots.x)
     }
 
-    /// Uploads changes. Returns for each brick whether it has changed; `None` if all must be uploaded anew, because
-    /// there are more or fewer, with voxels or without.
+    /// Uploads changes. Returns for each brick whether it has changed; `None` if all must be uploaded anew,
+    /// because their number or the number with voxels differs.
     pub(super) fn update(
         &mut self,
         queue: &wgpu::Queue,

@@ -11,7 +11,8 @@ use glam::{Vec3, Vec4};
 const NO_MATERIAL: &str = "its material is not among the materials";
 
 impl Casters<'_> {
-    /// Checks that all indices are in range, all positions finite, and all numbers of materials in their ranges.
+    /// Checks that all indices are in range, all positions finite, and all numbers of materials in their
+    /// ranges.
     pub fn check(&self) -> Result<(), Error> {
         let Self { particles, gaussians, triangles, grids, strands, materials, textures, .. } =
             self;
@@ -60,7 +61,10 @@ impl Casters<'_> {
             let far = material.far_side.is_some_and(|far| far as usize >= materials.len());
             let unknown = named.iter().flatten().any(|&index| index as usize >= textures.len());
             let out_of_range = || range_problem(material);
+            let details = material.details.is_some_and(|index| index as usize >= materials.len());
             let problem = far.then_some("the material of its far side is not among the materials");
+            let missing = "the material of its details is not among the materials";
+            let problem = problem.or(details.then_some(missing));
             let unknown = unknown.then_some("its texture is not among the textures");
             problem.or(unknown).or_else(out_of_range)
         })?;
@@ -72,7 +76,7 @@ impl Casters<'_> {
     }
 }
 
-/// Why a particle of a material cannot be a caster.
+/// Reason why a particle cannot have its material.
 fn particle_problem(particle: &Particle, materials: &[Material]) -> Option<&'static str> {
     let &Particle { center, radius, color, rotation, material, .. } = particle;
     let Some(material) = materials.get(material as usize) else { return Some(NO_MATERIAL) };
@@ -143,7 +147,7 @@ fn range_problem(material: &Material) -> Option<&'static str> {
     .find_map(|(is_met, problem)| (!is_met).then_some(problem))
 }
 
-/// Why a grid cannot have the material.
+/// Reason why a grid cannot have the material.
 pub(super) fn material_problem(material: &Material) -> Option<&'static str> {
     if material.shape != Shape::Brick {
         return Some("its material must have the shape `Brick`");
@@ -154,7 +158,7 @@ pub(super) fn material_problem(material: &Material) -> Option<&'static str> {
         .then_some("its material must filter or have no transfer, without texture and reflectivity")
 }
 
-/// Why a strand cannot have the material.
+/// Reason why a strand cannot have the material.
 fn strand_material_problem(material: &Material) -> Option<&'static str> {
     if material.shape != Shape::Capsule {
         return Some("its material's shape must be `Capsule`");
@@ -163,7 +167,7 @@ fn strand_material_problem(material: &Material) -> Option<&'static str> {
     (!is_plain).then_some("its material must have no texture and no reflectivity")
 }
 
-/// Error of the first of `items` that has a problem.
+/// Error for the first of `items` that has a problem.
 fn find<T>(
     what: Input,
     items: &[T],

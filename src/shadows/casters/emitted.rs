@@ -13,9 +13,9 @@ use std::ops::{Range, RangeInclusive};
 pub(super) struct Emitted {
     pub(super) slots: EmittedSlots,
     first_record: u32,
-    /// Particles that are there.
+    /// Number of present particles.
     count: u32,
-    /// Least alpha of these.
+    /// Least alpha of these particles.
     least_alpha: f32,
 }
 
@@ -25,7 +25,7 @@ impl Emitted {
     }
 }
 
-/// Records of all emitters from record `first` on, and the first record behind them.
+/// Records of all emitters from record `first` on, and the first record after them.
 pub(super) fn placed(slots: &[EmittedSlots], first: u32) -> (Vec<Emitted>, u32) {
     let mut end = first;
     let place = |slots: &EmittedSlots| {
@@ -43,7 +43,7 @@ impl CasterSet {
         self.emitted.iter().map(|emitter| emitter.first_record)
     }
 
-    /// Takes the particles that `load` has found, emitter by emitter.
+    /// Takes over the particles that `load` has found, emitter by emitter.
     pub(in crate::shadows) fn place_emitted(&mut self, found: &[HostGroup]) {
         let mut rest = found;
         let mut radii = Vec::with_capacity(self.emitted.len());

@@ -8,7 +8,7 @@ use crate::{
     stage::features::{Features, Flags},
 };
 
-/// Casters that may have no kernels of their own.
+/// Features of casters that may have no kernels of their own.
 const NOT_SIMPLE: Flags = Flags::NOT_PLAIN.union(Flags::NOT_SPLATS);
 
 pub(super) fn features_of(
@@ -18,7 +18,7 @@ pub(super) fn features_of(
     materials: &[Material],
 ) -> [Features; CLASSES] {
     let mut features = [Features::NONE; CLASSES];
-    // Whether triangles, or other casters, have a material.
+    // Whether triangles, and whether other casters, use a material.
     let mut used = vec![[false; 2]; materials.len()];
     for particle in particles {
         let material = &materials[particle.material as usize];
@@ -33,7 +33,7 @@ pub(super) fn features_of(
     for triangle in triangles {
         let material = &materials[triangle.material as usize];
         used[triangle.material as usize][0] = true;
-        // Of the fainter corners.
+        // Alpha of the faintest corner.
         let alpha = triangle.colors.map(|color| color.0[3]).into_iter().min().unwrap_or(255);
         add_opacity(&mut features, material, f32::from(alpha) / 255.0);
         let of_class = &mut features[Class::of(material) as usize];

@@ -1,6 +1,6 @@
 //! A group of casters and its extent.
 use super::TriangleExtent;
-use crate::shadows::cull::{Reach, TileLoadBound};
+use crate::shadows::cull::{CasterReach, TileLoadBound};
 use crate::{
     model::{Bounds, Class, Material, Shape, Triangle},
     records::{Caster, DIAGONAL, GpuView},
@@ -13,9 +13,9 @@ use std::ops::Range;
 pub struct Group {
     /// Class of its casters.
     pub class: Class,
-    /// Their records.
+    /// Records of its casters.
     pub casters: Range<u32>,
-    /// Box around them.
+    /// Box around its casters.
     pub extent: Extent,
     /// Extent of its triangles; `None` for particles and Gaussians.
     pub triangles: Option<TriangleExtent>,
@@ -25,27 +25,27 @@ pub struct Group {
     pub(in crate::shadows) changed_at: u64,
 }
 
-/// What a group's casters are.
+/// Kind of a group's casters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::shadows) enum Kind {
+pub(in crate::shadows) enum CasterKind {
     Gaussians,
     Particles,
     Triangles,
 }
 
-/// How far a Gaussian reaches beyond its box, at most: the smallest deviation of `project` times the farthest reach
+/// Largest reach of a Gaussian beyond its box: the smallest deviation of `project` times the farthest reach
 /// \[texels\].
 pub(in crate::shadows) const GAUSSIAN_ENLARGED: f32 = 6.0;
 
 /// Extent of a group's casters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// Bounding box, world space \[m\]; NaN if a caster has a number that is not finite.
+    /// Bounding box, world space \[m\]; NaN if a caster has a number that is infinite or NaN.
     pub bounds: Bounds,
     /// Smallest radius \[m\].
     pub min_radius: f32,
     /// Halves of the longest sides of boxes around single casters.
-    pub reach: Reach,
+    pub reach: CasterReach,
 }
 
 impl Group {
@@ -66,12 +66,15 @@ impl Group {
 impl Extent {
     /// Extent of spheres.
     pub(super) fn of(spheres: impl IntoIterator<Item = (Vec3, f32)>) -> Self {
-        let mut extent =
-            Self { bounds: Bounds::EMPTY, min_radius: f32::INFINITY, reach: Reach::default() };
+        let mut extent = Self {
+            bounds: Bounds::EMPTY,
+            min_radius: f32::INFINITY,
+            reach: CasterReach::default(),
+        };
         for (center, radius) in spheres {
             if !(center.is_finite() && radius.is_finite()) {
                 let bounds = Bounds { min: Vec3::NAN, max: Vec3::NAN };
-                return Self { bounds, min_radius: 0.0, reach: Reach::all(f32::NAN, 0) };
+                return Self { bounds, min_radius: 0.0, reach: CasterReach::all(f32::NAN, 0) };
             }
             extent.bounds = extent.bounds.with_sphere(center, radius);
             extent.min_radius = extent.min_radius.min(radius);
@@ -139,16 +142,16 @@ impl Group {
         self.is_triangles() && (Class::Opaque..=Class::HiddenOpaque).contains(&self.class)
     }
 
-    /// Whether they are triangles.
+    /// Whether its casters are triangles.
     pub fn is_triangles(&self) -> bool {
         self.triangles.is_some()
     }
 
-    pub(in crate::shadows) fn kind(&self) -> Kind {
+    pub(in crate::shadows) fn kind(&self) -> CasterKind {
         match self {
-            Self { triangles: Some(_), .. } => Kind::Triangles,
-            Self { gaussians: true, .. } => Kind::Gaussians,
-            _ => Kind::Particles,
+            Self { triangles: Some(_), .. } => CasterKind::Triangles,
+            Self { gaussians: true, .. } => CasterKind::Gaussians,
+            _ => CasterKind::Particles,
         }
     }
 
@@ -164,7 +167,8 @@ impl Group {
             let corners = triangles.clone().flat_map(|triangle| triangle.positions);
             self.extent = Extent::of(corners.map(|corner| (corner, 0.0)));
             *of_triangles = TriangleExtent::of(triangles, members.materials);
-            self.extent.reach = Reach::all(0.5 * of_triangles.longest, self.casters.len() as u32);
+            self.extent.reach =
+                CasterReach::all(0.5 * of_triangles.longest, self.casters.len() as u32);
         } else {
             let particles = &members.casters[casters.start as usize..casters.end as usize];
             self.extent = Extent::of(particles.iter().map(|caster| {

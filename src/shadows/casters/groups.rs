@@ -1,7 +1,7 @@
 //! Groups of a set's casters: the unit of culling, listing and caching.
 use super::group::{Extent, GAUSSIAN_ENLARGED, Group, Members};
 use crate::shadows::cull::{
-    DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, Reach, TileLoadBound, order,
+    CasterReach, DOUBLED, Frustum, GroupTree, OccluderPolygons, Occluders, TileLoadBound, order,
     typical_size,
 };
 use crate::{
@@ -13,14 +13,14 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::{ops::Range, sync::atomic::AtomicU64};
 
-/// Least casters of a group that ends early.
+/// Least number of casters in a group that ends early.
 const MIN: u32 = 32;
 /// Most objects with groups of their own. With more, small ones share groups.
 const MAX_OBJECTS: usize = 1024;
-/// Growth of particles' groups from which they are formed anew: four times the surface.
+/// Growth of particles' groups at which they are formed anew: four times the surface.
 const SPREAD: u64 = 2 * DOUBLED;
 
-/// The next generation number, later than all before it in every set.
+/// The next generation number, later than all numbers of every set so far.
 pub(in crate::shadows) fn next_generation() -> u64 {
     static CLOCK: AtomicU64 = AtomicU64::new(1);
     CLOCK.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
@@ -43,8 +43,9 @@ pub(in crate::shadows) struct Groups {
 }
 
 impl Groups {
-    /// Forms the groups; ranges are those of the classes in the upload, of particles and then of Gaussians (`true`). `emitted`: class and records of each
-    /// emitter, whose groups are empty until [`Self::place_emitted`].
+    /// Forms the groups. Ranges are those of the classes in the upload, of particles (`false`) and of
+    /// Gaussians (`true`). `emitted`: class and records of each emitter, whose groups are empty until
+    /// [`Self::place_emitted`].
     pub(in crate::shadows) fn new(
         members: Members<'_>,
         particle_ranges: &[(Class, Range<u32>, bool)],
@@ -132,7 +133,7 @@ impl Groups {
     }
 
     /// Places the particles of all emitters, as `load` has found them, emitter by emitter. `radii`: least and
-    /// largest of each emitter, and by how much its groups' boxes are to grow \[m\].
+    /// largest radius of each emitter, and growth of its groups' boxes \[m\].
     pub(in crate::shadows) fn place_emitted(
         &mut self,
         found: &[HostGroup],
@@ -147,7 +148,7 @@ impl Groups {
                 group.casters = start..start + found.count;
                 group.changed_at = changed_at;
                 let bounds = Bounds { min: found.low - more, max: found.high + more };
-                let reach = Reach::all(largest + more, found.count);
+                let reach = CasterReach::all(largest + more, found.count);
                 let extent = Extent { bounds, min_radius: least, reach };
                 group.extent = if found.count > 0 { extent } else { Extent::of([]) };
             }
@@ -155,8 +156,8 @@ impl Groups {
         self.tree = GroupTree::new(&bounds(&self.groups));
     }
 
-    /// Refits the tree after groups have changed. Returns false if the groups should be formed anew: their
-    /// casters have drifted apart.
+    /// Refits the tree after groups have changed. Returns false if the groups should be formed anew, because
+    /// their casters have drifted apart.
     pub(in crate::shadows) fn refit(&mut self) -> bool {
         self.tree.refit(&bounds(&self.groups));
         let count = self.uploaded_particles().count() as u64;
@@ -183,7 +184,7 @@ impl Groups {
     }
 
     /// Removes the groups that occluders of the same view hide; returns the number of their casters.
-    /// `filters`: whether filtering groups may be hidden too.
+    /// `filters`: whether filtering groups may be hidden, too.
     pub(in crate::shadows) fn hide(
         &self,
         visible: &mut Vec<u32>,
@@ -210,8 +211,8 @@ impl Groups {
         let mut hidden: Vec<u32> =
             visible.iter().copied().filter(|&index| is_hidden(group(index))).collect();
         if hidden.iter().any(|&index| filtering(group(index))) {
-            // In a tile with more pairs than a segment holds, the next segment would be cut elsewhere, and
-            // sums would round differently.
+            // In a tile with more pairs than a segment holds, hiding would cut the next segment elsewhere,
+            // and sums would round differently.
             let mut crowd = TileLoadBound::new(view);
             let seen = visible.iter().map(|&index| group(index));
             seen.filter(|group| filtering(group)).for_each(|group| group.count_in(&mut crowd));
@@ -232,7 +233,7 @@ impl Groups {
         let has_gaussians = self.groups.iter().any(|group| group.gaussians);
         let enlarged = if has_gaussians { GAUSSIAN_ENLARGED } else { 1.0 };
         self.tree.cull(&Frustum::around(view, enlarged.into()), &mut visible);
-        // In upload order, so that equal depths sort the same whatever the tree is.
+        // In upload order, so that equal depths sort the same for any tree.
         let mut seen = vec![0_u64; self.groups.len().div_ceil(64)];
         let volumes = (0..).zip(&self.groups).filter(|(_, group)| group.is_volume());
         for group in visible.iter().copied().chain(volumes.map(|(index, _)| index)) {

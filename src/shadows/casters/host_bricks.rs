@@ -16,11 +16,11 @@ use wgpu::{Buffer, BufferUsages, TextureViewDescriptor};
 /// Buffers of a grid's bricks, by which they are loaded as casters.
 #[derive(Debug)]
 pub(super) struct HostBricks {
-    /// Voxels to the slots of bricks.
+    /// Copy of the voxels to the slots of bricks.
     pub pack: Dispatch,
-    /// Bricks, with density or without.
+    /// Number of bricks, with density or without.
     pub count: u32,
-    /// What `load_bricks` reads.
+    /// Resources of `load_bricks`.
     pub resources: Resources,
 }
 
@@ -40,7 +40,7 @@ pub(super) fn check(grids: &[HostGrid<'_>], materials: &[Material]) -> Result<()
 }
 
 impl HostBricks {
-    /// `index`: of the grid; `bricks`, `first_slot`: as uploaded; `counters`: those of the host's casters.
+    /// `index`: the grid's; `bricks`, `first_slot`: as uploaded; `counters`: those of the host's casters.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         kernels: &Kernels,

@@ -30,10 +30,10 @@ use wgpu::{BindGroup, Buffer, BufferUsages};
 /// Bound sets of a frame, and the groups that they are loaded into.
 #[derive(Debug)]
 pub(crate) struct HostSets {
-    /// Voxels of grids to bricks, before the sets are loaded.
+    /// Copies of grids' voxels to bricks, before the sets are loaded.
     packs: Vec<Dispatch>,
     sets: Vec<HostSet>,
-    /// Boxes of all groups, known on the device only.
+    /// Boxes of all groups, which only the device knows.
     pub groups: Buffer,
     /// [`LoadCounters`].
     pub(in crate::shadows) counters: Buffer,
@@ -41,7 +41,7 @@ pub(crate) struct HostSets {
     pub first_caster: u32,
     /// Spans by list.
     pub spans: [HostSpan; 2],
-    /// What the materials say of Gaussians; empty without Gaussians.
+    /// Looks of the materials of Gaussians; empty without Gaussians.
     looks: Vec<GaussianLook>,
 }
 
@@ -56,19 +56,19 @@ pub(crate) struct HostSpan {
 
 #[derive(Debug)]
 struct HostSet {
-    /// Index among the host's sets; `None` of a grid.
+    /// Index among the host's sets; `None` for a grid.
     index: Option<usize>,
     /// Index in [`Class::LISTS`].
     list: usize,
     load: Dispatch,
     capacity: u32,
-    /// Buffer of the count and index in it; `None` of a fixed count.
+    /// Buffer of the count and index in it; `None` for a fixed count.
     counts: (Option<Buffer>, u32),
     materials: Vec<u32>,
     kinds: HostKinds,
 }
 
-/// What the host says of a set or grid in each frame.
+/// State of a set or grid that the host declares in each frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HostSeen {
     kinds: HostKinds,
@@ -78,17 +78,17 @@ pub(super) struct HostSeen {
 
 /// A set of casters, or the bricks of a grid, before records are assigned to them.
 struct Given<'a> {
-    /// Index among the host's sets; `None` of a grid.
+    /// Index among the host's sets; `None` for a grid.
     index: Option<usize>,
     /// Index in [`Class::LISTS`].
     list: usize,
     count: CasterCount<'a>,
     materials: &'a [u32],
     kinds: HostKinds,
-    source: Source<'a>,
+    source: HostSource<'a>,
 }
 
-enum Source<'a> {
+enum HostSource<'a> {
     Set(&'a HostCasters<'a>),
     Bricks(&'a HostBricks),
 }
@@ -97,7 +97,7 @@ impl<'a> Given<'a> {
     fn of_set(index: usize, list: usize, set: &'a HostCasters<'a>) -> Self {
         let &HostCasters { loader, count, materials, .. } = set;
         let kinds = HostKinds { gaussians: loader.gaussians, particles: !loader.gaussians };
-        Self { index: Some(index), list, count, materials, kinds, source: Source::Set(set) }
+        Self { index: Some(index), list, count, materials, kinds, source: HostSource::Set(set) }
     }
 
     fn of_grid(grid: &'a HostGrid<'a>, bricks: &'a HostBricks) -> Self {
@@ -107,7 +107,7 @@ impl<'a> Given<'a> {
             count: CasterCount::Fixed(bricks.count),
             materials: std::slice::from_ref(&grid.grid.material),
             kinds: HostKinds { gaussians: false, particles: true },
-            source: Source::Bricks(bricks),
+            source: HostSource::Bricks(bricks),
         }
     }
 
@@ -125,13 +125,13 @@ impl<'a> Given<'a> {
             count_index,
             group_count: group_count(self.count.capacity()),
             quad_reach: DIAGONAL,
-            may_be_none: u32::from(matches!(self.source, Source::Bricks(_))),
+            may_be_none: u32::from(matches!(self.source, HostSource::Bricks(_))),
             materials,
             ..LoadParams::default()
         }
     }
 
-    /// Its loading. `looks`: of the Gaussians' materials.
+    /// Dispatch that loads it. `looks`: of the Gaussians' materials.
     fn load(
         &self,
         kernels: &Kernels,
@@ -141,7 +141,7 @@ impl<'a> Given<'a> {
     ) -> Result<Dispatch, Error> {
         let resources = resources.with_any("host_counts", self.count.buffer().0);
         match self.source {
-            Source::Set(set) => {
+            HostSource::Set(set) => {
                 let looks = looks.filter(|_| self.kinds.gaussians);
                 let resources = resources.with_any("gaussian_looks", looks);
                 let kernel = set.loader.kernel.clone();
@@ -149,7 +149,7 @@ impl<'a> Given<'a> {
                 check(Input::HostCasters, self.index.unwrap_or_default(), &load, set.bindings)?;
                 Ok(load.with_host(HostBindings::new(set.bindings)))
             }
-            Source::Bricks(bricks) => {
+            HostSource::Bricks(bricks) => {
                 let resources = resources.and(&bricks.resources);
                 let groups = grid(group_count);
                 Ok(kernels.dispatch(&load::BRICKS, Features::NONE, &resources, groups)?)
@@ -165,7 +165,7 @@ impl<'a> Given<'a> {
     }
 }
 
-/// The span of each list's groups, one behind the other.
+/// The span of each list's groups, one after the other.
 fn spans(by_list: &[Vec<Given<'_>>; 2]) -> [HostSpan; 2] {
     let mut end = 0;
     by_list.each_ref().map(|list| {
@@ -178,8 +178,8 @@ fn spans(by_list: &[Vec<Given<'_>>; 2]) -> [HostSpan; 2] {
 }
 
 impl HostSets {
-    /// Whether these are the sets of `inputs`, whose bindings then are theirs, too: with the same loaders, counts and
-    /// materials, and no grids.
+    /// Whether these sets serve `inputs`, whose bindings they then take over: with the same loaders, counts
+    /// and materials, and no grids.
     pub(super) fn follow(
         &self,
         materials: &[Material],
@@ -223,7 +223,7 @@ impl HostSets {
         self.sets.iter().find(|set| set.index == Some(index))
     }
 
-    /// What `inputs` say of each set, in their order: of the grids last.
+    /// Declared state of each set in `inputs`, in their order, then of the grids.
     pub(super) fn seen<'a>(
         &'a self,
         inputs: &'a HostInputs<'_>,
@@ -275,7 +275,7 @@ impl HostSets {
         let all = by_list.iter().flatten();
         let total: u32 = all.clone().map(|given| group_count(given.count.capacity())).sum();
         let groups = allocator.storage::<HostGroup>("host_groups", u64::from(total), none)?;
-        // Bound in place of the counts of sets with a fixed count, which are never read.
+        // Bound in place of counts where they are fixed, and then never read.
         let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
         let has_gaussians = all.clone().any(|given| given.kinds.gaussians);
         let of_gaussians = if has_gaussians { materials } else { &[] };
@@ -312,7 +312,8 @@ impl HostSets {
         Ok(Some(Arc::new(Self { packs, sets, groups, counters, first_caster, spans, looks })))
     }
 
-    /// The loading: records and boxes from the contents of the host's buffers at that time.
+    /// The loading: makes records and boxes from the contents that the host's buffers have when the frame
+    /// runs.
     pub(in crate::shadows) fn commands(&self) -> Commands {
         let mut commands = Commands::new();
         commands.clear("gobo load", &self.counters);
@@ -355,7 +356,7 @@ fn rebound(
     Ok(true)
 }
 
-/// Whether bindings of the host are of its loader's layout.
+/// Whether bindings of the host have their loader's layout.
 pub(crate) fn check(
     input: Input,
     index: usize,

@@ -11,7 +11,7 @@ use crate::{
     stage::{load::group_count, project::CHUNK_SIZE},
 };
 
-/// What the groups of a list are.
+/// Kinds of casters in the groups of a list.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct HostKinds {
     pub gaussians: bool,
@@ -27,7 +27,7 @@ impl HostKinds {
         }
     }
 
-    /// How far casters may reach beyond their groups' boxes \[texels\].
+    /// Frustum that allows for the reach of casters beyond their groups' boxes.
     pub(super) fn frustum(self, view: &GpuView) -> Frustum {
         if self.gaussians {
             Frustum::around(view, GAUSSIAN_ENLARGED.into())

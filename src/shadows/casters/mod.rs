@@ -69,16 +69,16 @@ impl Span {
     }
 }
 
-/// Particles, triangles, materials and images in kernel form. Within each kind the casters are sorted by
-/// class. Within a class triangles stay in the scene's order, and so do particles if blending depends on
-/// the order; otherwise they are sorted in space.
+/// Particles, triangles, materials and images in kernel form. The casters of each kind are sorted by class.
+/// Within a class, triangles stay in the scene's order, and so do particles if blending depends on the order;
+/// otherwise they are sorted in space.
 #[derive(Debug)]
 pub struct CasterSet {
     /// Records of particles, Gaussians, bricks and capsules.
     pub casters: wgpu::Texture,
     /// Records of triangles.
     pub triangles: wgpu::Texture,
-    /// All textures, one a layer.
+    /// All textures, one per layer.
     pub images: wgpu::Texture,
     /// Records of the materials.
     pub materials: wgpu::Buffer,
@@ -88,16 +88,16 @@ pub struct CasterSet {
     features: [Features; CLASSES],
     /// Sets in the host's buffers.
     host: Option<Arc<HostSets>>,
-    /// What the host says of each set.
+    /// Declared state of each of the host's sets.
     host_seen: Vec<HostSeen>,
     /// Records reserved for the host's casters, behind the uploaded ones.
     host_records: Range<u32>,
-    /// Particles of emitters, behind those.
+    /// Particles of emitters, behind the host's.
     emitted: Vec<Emitted>,
     /// Whether some receiver is tinted by all casters except its own object's.
     pub owners: bool,
-    /// Edge of the window over which the coverage of every dithered material equals its opacity, 0 for none
-    /// \[texels\].
+    /// Edge of the window over which the coverage of every dithered material equals its opacity \[texels\]; 0
+    /// without dithering.
     pub dither_window: u32,
     memory: Memory,
     /// Memory of the host's sets.
@@ -109,7 +109,7 @@ pub struct CasterSet {
 }
 
 impl CasterSet {
-    /// What kernels read of the set.
+    /// Resources of the set that kernels read.
     pub fn resources(&self) -> Resources {
         Resources::new()
             .with("casters", &self.casters)
@@ -132,8 +132,8 @@ impl CasterSet {
         Self::reserving(device, queue, casters, &HostInputs::new(), &[])
     }
 
-    /// A set with records reserved for casters of the host, bricks of its grids (`host_grids`) among them, which
-    /// [`Self::set_host_casters`] fills in, and of emitters, which [`Self::place_emitted`] does.
+    /// A set with records reserved for casters of the host, including bricks of its grids (`host_grids`),
+    /// which [`Self::set_host_casters`] fills in, and for emitters, which [`Self::place_emitted`] fills in.
     pub(super) fn reserving(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -215,7 +215,7 @@ impl CasterSet {
             && self.emitted.iter().map(|emitter| &emitter.slots).eq(inputs.emitted)
     }
 
-    /// Replaces the host's sets, except where they are like those before. `materials`: those of the uploaded
+    /// Replaces the host's sets, except where they match the former ones. `materials`: those of the uploaded
     /// casters.
     pub(super) fn set_host_casters(
         &mut self,
@@ -283,7 +283,8 @@ impl CasterSet {
         self.groups.of_triangle(triangle)
     }
 
-    /// Indices of the groups that a view may see, in order: conservative, all that touch one of its texels.
+    /// Indices of the groups that a view may see, in order. Conservative: includes all that touch one of its
+    /// texels.
     pub fn visible(&self, view: &GpuView) -> Vec<u32> {
         self.groups.visible(view)
     }
@@ -293,9 +294,9 @@ impl CasterSet {
         self.groups.occluders(view)
     }
 
-    /// Removes from `visible` the groups hidden by occluders of the same shadow view: without them, its
-    /// maps with curves of `nodes` nodes (0 for none) are the same to the last bit. Returns the number of
-    /// casters in these groups.
+    /// Removes from `visible` the groups hidden by occluders of the same shadow view: without them, its maps,
+    /// with curves of `nodes` nodes (0 for none), are the same to the last bit. Returns the number of casters
+    /// in these groups.
     pub fn hide(
         &self,
         visible: &mut Vec<u32>,
@@ -303,8 +304,8 @@ impl CasterSet {
         occluders: &Occluders,
         nodes: u32,
     ) -> u64 {
-        // Merges in a curve depend on the number of pairs in between; and a cleared map of owners differs
-        // in unread bits from one that nothing filters. The number of host casters on a tile is unknown.
+        // Merges in a curve depend on the number of pairs in between, and a cleared map of owners differs in
+        // unread bits from one without filtering casters. The number of host casters on a tile is unknown.
         let alone = self.host().is_none_or(|host| host.spans[1].groups.is_empty());
         let filters = nodes == 0 && !self.owners && alone;
         self.groups.hide(visible, view, occluders, filters)

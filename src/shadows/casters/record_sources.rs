@@ -7,7 +7,7 @@ use crate::{
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Properties of a material that decide where its casters are in the upload.
+/// Properties of a material that decide the place of its casters in the upload.
 pub(super) fn layout(material: &Material) -> (Class, bool, bool) {
     let blue = material.transfer == Transfer::Dither && material.pattern == Pattern::Blue;
     (Class::of(material), material.transfer == Transfer::Over, blue)
@@ -21,8 +21,9 @@ pub(super) fn materials_of<'a>(
     particles.iter().map(|p| p.material).chain(gaussians.iter().map(|g| g.material))
 }
 
-/// Indices of particles and Gaussians by class, and each class's range. Within a class particles stay in the
-/// scene's order, and so do Gaussians behind them, if blending depends on the order; otherwise both are sorted in space.
+/// Indices of particles and Gaussians by class, and each class's range. Within a class, particles stay in the
+/// scene's order, followed by Gaussians in theirs, if blending depends on the order; otherwise both are
+/// sorted in space.
 pub(super) fn particle_order(
     casters: &Casters<'_>,
     classes: &[Class],
@@ -60,12 +61,12 @@ pub(super) fn by_kind(
     Class::ALL.into_iter().zip(ranges).flat_map(cut).collect()
 }
 
-/// Number of particles at the start of one class's indices; Gaussians follow them.
+/// Number of particles at the start of a class's indices; Gaussians follow them.
 fn particles_in(order: &[u32], particle_count: usize) -> usize {
     order.partition_point(|&index| (index as usize) < particle_count)
 }
 
-/// A Gaussian's axes, as long as a particle's record.
+/// A Gaussian's axes, in a record as long as a particle's.
 fn axes_record(gaussian: &Gaussian) -> Caster {
     bytemuck::cast(GaussianAxes::new(gaussian))
 }
@@ -73,7 +74,7 @@ fn axes_record(gaussian: &Gaussian) -> Caster {
 /// The casters and materials from which records are made.
 #[derive(Clone, Copy)]
 pub(super) struct RecordSources<'a> {
-    /// The last of them stand for the capsules.
+    /// The last particles stand for the capsules.
     pub particles: &'a [Particle],
     pub capsules: &'a Capsules,
     pub gaussians: &'a [Gaussian],
@@ -93,13 +94,13 @@ impl<'a> RecordSources<'a> {
         sources
     }
 
-    /// Ranks of the blue noise, as records. They are behind the particles, because every dithering kernel binds
-    /// that texture already.
+    /// Ranks of the blue noise, as records behind the particles, because every dithering kernel binds that
+    /// texture already.
     fn ranks(&self) -> &'static [Caster] {
         if self.is_blue { bytemuck::cast_slice(blue_ranks()) } else { &[] }
     }
 
-    /// Texel of the ranks of the blue noise.
+    /// First texel of the blue noise's ranks.
     pub(super) fn blue_first(&self) -> u32 {
         (self.particles.len() + self.gaussians.len()) as u32 * CASTER_TEXELS
     }
@@ -121,7 +122,7 @@ impl<'a> RecordSources<'a> {
         index.checked_sub(first as u32).filter(|_| self.gaussian(index).is_none())
     }
 
-    /// Records behind the ranks of the blue noise that a caster needs besides its own.
+    /// Further records of a caster, behind the ranks of the blue noise.
     pub(super) fn behind(&self, index: u32) -> Range<usize> {
         let first = self.axes_first as usize;
         if let Some(gaussian) = self.gaussian(index) {

@@ -4,7 +4,7 @@ use crate::{model::emission::Emission, stage::load::group_count};
 /// Records that an emitter needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmittedSlots {
-    /// Number of the particles' material.
+    /// Index of the particles' material.
     pub material: u32,
     /// Groups of [`CHUNK_SIZE`](crate::stage::project::CHUNK_SIZE) records.
     pub group_count: u32,

@@ -17,9 +17,9 @@ use crate::{
 use std::ops::Range;
 
 impl CasterSet {
-    /// Uploads the scene's changes, and those of `host_grids`, the host's, with bricks. Returns false if a new set
-    /// must be made: with another number of casters, materials or textures, other sizes of textures, casters of
-    /// another class, or particles that have drifted so far apart that they need new groups.
+    /// Uploads changes of the scene and of `host_grids`, the host's grids with bricks. Returns false if a new
+    /// set must be made: for another number of casters, materials or textures, other sizes of textures,
+    /// casters of another class, or particles that have drifted so far apart that they need new groups.
     pub fn update(
         &mut self,
         queue: &wgpu::Queue,
@@ -110,7 +110,8 @@ impl CasterSet {
         new_material
     }
 
-    /// Updates the casters; `is_new_brick`: whether a particle stands for a brick that changed. Returns false if particles have drifted too far apart.
+    /// Updates the casters; `is_new_brick`: whether a particle stands for a brick that changed. Returns false
+    /// if particles have drifted too far apart.
     fn update_casters(
         &mut self,
         queue: &wgpu::Queue,

@@ -13,7 +13,7 @@ use wgpu::{
     TextureUsages,
 };
 
-/// Uploads records; `reserved`: further records behind them.
+/// Uploads records; `reserved`: number of further records behind them.
 pub(super) fn upload<T: bytemuck::Pod>(
     allocator: &mut Allocator<'_>,
     queue: &wgpu::Queue,

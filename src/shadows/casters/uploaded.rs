@@ -1,4 +1,4 @@
-//! Copy of what was uploaded.
+//! Copy of the uploaded data.
 use crate::{
     model::{Material, Texture},
     records::{Caster, TriangleRecord},
@@ -8,8 +8,8 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 /// Copy of the upload, to detect changes.
 #[derive(Debug)]
 pub(super) struct Uploaded {
-    /// Indices into the scene's particles followed by its bricks, capsules and Gaussians, and into its triangles, in
-    /// upload order.
+    /// Indices into the scene's particles followed by its bricks, capsules and Gaussians, and into its
+    /// triangles, in upload order.
     pub particle_order: Vec<u32>,
     pub triangle_order: Vec<u32>,
     /// Particles and Gaussians, then the ranks of the blue noise, the Gaussians' axes and the capsules.
@@ -21,7 +21,7 @@ pub(super) struct Uploaded {
     /// Sizes of the textures \[texels\].
     pub texture_sizes: Vec<(u32, u32)>,
     pub blue_first: u32,
-    /// Particles of the scene; indices from here on are of Gaussians.
+    /// Number of the scene's particles; larger indices belong to Gaussians.
     pub particle_count: usize,
     pub in_order: bool,
 }

@@ -5,8 +5,7 @@ use glam::{DVec3, Vec3, Vec4};
 /// Rounding error of the transform of a point in `project`, as a share of its largest coordinate: some ten
 /// operations of 2^-24 each, and a root of their sum where a sphere almost contains the eye.
 pub const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
-/// Tolerance of a view's axes for being unit and orthogonal; and the enlargement of boxes for it, as a
-/// share of their size.
+/// Tolerance for a view's axes that are not quite unit and orthogonal.
 const SKEW: f64 = 1e-5;
 /// Enlargement of boxes for the tolerance of a view's axes, as a share of their size.
 pub const SKEWED: f32 = 2e-5;
@@ -55,14 +54,14 @@ pub struct Frustum {
 }
 
 impl Frustum {
-    /// For casters that reach at most a texel beyond their boxes.
+    /// The frustum for casters that reach at most a texel beyond their boxes.
     pub fn new(view: &GpuView) -> Self {
         // Particles smaller than a texel are enlarged to a radius of 0.7071 texel, and a quad reaches
         // 1.4143 times as far: one texel in all.
         Self::around(view, 1.0)
     }
 
-    /// For casters that reach at most `enlarged` beyond their boxes \[texels\].
+    /// The frustum for casters that reach at most `enlarged` beyond their boxes \[texels\].
     pub fn around(view: &GpuView, enlarged: f64) -> Self {
         let (near, far) = (f64::from(view.near), f64::from(view.far));
         let scale = f64::from(view.scale);
@@ -79,8 +78,8 @@ impl Frustum {
         let (sides, first, last);
         if view.perspective > 0.0 {
             let side = |along: DVec3, along_shift: f64, edge: f64| {
-                // What is enlarged is a sphere of so many texels at its distance; where the window
-                // is wide, it covers more of slope.
+                // An enlarged caster is a sphere of `enlarged` texels at its distance; where the window is
+                // wide, it covers more of the slope.
                 let edge = edge + enlarged * texel * (1.0 + edge * edge).sqrt();
                 let norm = (1.0 + edge * edge).sqrt();
                 let distance = -back * edge;
@@ -124,12 +123,12 @@ impl Frustum {
             .map(|(of, i)| plane(of, i))
     }
 
-    /// Whether the frustum touches a box, which [`widened`] made.
+    /// Whether the frustum touches a box made by [`widened`].
     pub fn sees(&self, bounds: &Bounds) -> bool {
         self.cross(bounds.min, bounds.max, CROSSES_ALL).is_some()
     }
 
-    /// `None` for a box outside; otherwise those of `planes` that it crosses, 0 if it is inside.
+    /// `None` for a box outside; otherwise the flags of `planes` that it crosses, 0 if it is inside.
     #[inline]
     pub(super) fn cross(&self, min: Vec3, max: Vec3, planes: u8) -> Option<u8> {
         let center = (min + max) * 0.5;
@@ -151,7 +150,7 @@ impl Frustum {
     }
 }
 
-/// Right, up and back axes of a view, and its coordinates of the world's origin. `None` if they are not
+/// Right, up and back axes of a view, and its coordinates of the world's origin. `None` if the axes are not
 /// orthonormal.
 pub(super) fn rigid_axes(view: &GpuView) -> Option<([DVec3; 3], DVec3)> {
     let axes = view.view_from_world.as_dmat4();
@@ -163,8 +162,8 @@ pub(super) fn rigid_axes(view: &GpuView) -> Option<([DVec3; 3], DVec3)> {
     rigid.then_some(([right, up, back], axes.w_axis.truncate()))
 }
 
-/// The box enlarged for rounding, so that no touching box is lost. `None` if a coordinate is not finite or
-/// too large: its contents are always visible.
+/// The box, enlarged for rounding, so that no touching box is lost. `None` if a coordinate is infinite, NaN
+/// or too large: its contents are always visible.
 pub fn widened(bounds: &Bounds) -> Option<Bounds> {
     /// Coordinate beyond which products leave the range of an `f32` \[m\].
     const FARTHEST: f32 = 1e15;

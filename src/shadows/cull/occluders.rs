@@ -6,7 +6,7 @@
 //! 3. A box is hidden if it is behind the planes and within the outline of one of them.
 //!
 //! Depths are only evaluated along the rays through texel centres, so an outline need not shrink by texels,
-//! but by the rounding error of an edge or a depth, and by the enlargement of `project`.
+//! only by the rounding error of an edge or a depth, and by the enlargement of `project`.
 use super::frustum::{ROUNDING, rigid_axes, widened};
 use crate::{
     model::{Bounds, TILE_SIZE},
@@ -20,19 +20,19 @@ pub const MAX_OCCLUDERS: usize = 16;
 const MAX_POLYGONS: usize = 256;
 /// Least area of an occluder in the map [texels²].
 const MIN_AREA: f64 = 1024.0;
-/// Cosine between the normals of two triangles that make one occluder polygon. It bounds no rounding: a
-/// view keeps both planes.
+/// Cosine between the normals of two triangles that form one occluder polygon. It bounds no rounding: a view
+/// keeps both planes.
 const FLAT: f32 = 0.9999;
-/// Enlargement of particles: to a radius of at least 0.7071 texel, and a quad reaches 1.4143 times as far
-/// \[texels\].
+/// Enlargement of particles \[texels\]: to a radius of at least 0.7071 texel, and a quad reaches 1.4143 times
+/// as far.
 const ENLARGED: f64 = 1.0;
 /// Extent of a sliver's edge functions, which are noise and may hold up to the end of a tile that its box
 /// touches: a tile's diagonal and a texel \[texels\].
 const OVERSHOOT: f64 = TILE_SIZE as f64 * 1.4143 + 1.0;
 /// Largest share of a triangle's height that rounding may move an edge by.
 const WORST_SHARE: f64 = 0.01;
-/// Largest distance of a box's farthest point, in multiples of its nearest point's or of the far plane's:
-/// less than `ROUNDING` has to spare.
+/// Largest ratio of the distance of a box's farthest point to that of its nearest point, or of the far plane;
+/// `ROUNDING` covers more.
 const DEEPEST: f64 = 4.0;
 
 /// An occluder polygon: a triangle, or two coplanar ones that share an edge and form a convex quad.
@@ -53,7 +53,7 @@ impl Polygon {
         (area > 0.0 && area.is_finite()).then_some(Self { corners: [a, b, c, c], count: 3, area })
     }
 
-    /// Joins two triangles whose shared corners are equal to the last bit: then no texel falls between
+    /// Joins two triangles whose shared corners are equal to the last bit, so that no texel falls between
     /// them.
     fn of_two(first: [Vec3; 3], second: [Vec3; 3]) -> Option<Self> {
         let apex = (0..3).find(|&i| !second.contains(&first[i]))?;
@@ -130,7 +130,7 @@ impl Plane {
 
 #[derive(Clone, Debug)]
 struct Occluder {
-    /// Planes behind its one or two triangles; then planes through its edges.
+    /// Planes behind the one or two triangles, then planes through the edges.
     behind: Vec<Plane>,
     edges: Vec<Plane>,
     /// Area in the map [texels²].
@@ -152,7 +152,7 @@ pub struct Occluders {
 impl Occluders {
     /// The polygons as a view sees them.
     pub fn new(polygons: &OccluderPolygons, view: &GpuView) -> Self {
-        let Some(frame) = Frame::new(view) else { return Self::default() };
+        let Some(frame) = WideView::new(view) else { return Self::default() };
         let mut occluders: Vec<Occluder> =
             polygons.0.iter().filter_map(|polygon| frame.occluder(polygon)).collect();
         keep_largest(&mut occluders, MAX_OCCLUDERS, |occluder| occluder.area);
@@ -172,7 +172,7 @@ impl Occluders {
     }
 
     /// Whether every texel of the view's map is the same without the contents of the box; false if unknown.
-    /// `triangles`: the contents are triangles, not particles.
+    /// `triangles`: whether the contents are triangles, not particles.
     pub fn hide(&self, bounds: &Bounds, triangles: bool) -> bool {
         if self.occluders.is_empty() || bounds.is_empty() {
             return false;
@@ -198,8 +198,8 @@ impl Occluders {
         })
     }
 
-    /// The plane as if every point were as near as the nearest: depths within a sliver are noise too, but
-    /// between those of its corners.
+    /// The plane as if every point were as near as the nearest: depths within a sliver are also noise, but
+    /// between the depths of its corners.
     fn moved_to(&self, plane: &Plane, nearest: f64) -> Plane {
         let (share, kept) = if self.perspective { (1.0 / nearest, 1.0) } else { (1.0, nearest) };
         Plane {
@@ -211,9 +211,9 @@ impl Occluders {
 }
 
 /// A polygon in a view.
-struct Outline {
+struct ViewPolygon {
     count: usize,
-    /// Corners in view space \[m\] and in the map \[texels\], so that its area is positive.
+    /// Corners in view space \[m\], and in the map \[texels\] in the order that makes the area positive.
     at: [DVec3; 4],
     map: [DVec2; 4],
     /// Least and largest depth \[m\].
@@ -222,7 +222,7 @@ struct Outline {
     area: f64,
     /// Largest distance between corners \[texels\].
     farthest: f64,
-    /// Growth of rounding in wide maps.
+    /// Factor of rounding in wide maps.
     wide: f64,
     /// Rounding of a depth \[m\], and of a corner \[texels\].
     along: f64,
@@ -230,7 +230,7 @@ struct Outline {
 }
 
 /// A view in 64-bit numbers.
-struct Frame {
+struct WideView {
     axes: [DVec3; 3],
     shift: DVec3,
     /// Size of the map \[texels\].
@@ -241,7 +241,7 @@ struct Frame {
     perspective: bool,
 }
 
-impl Frame {
+impl WideView {
     fn new(view: &GpuView) -> Option<Self> {
         let (axes, shift) = rigid_axes(view)?;
         let [near, far, scale] = [view.near, view.far, view.scale].map(f64::from);
@@ -273,14 +273,15 @@ impl Frame {
         Plane { normal, shift, fixed, rounding: 0.0, texel: of.length() / self.scale }
     }
 
-    /// `None` if it is not wholly in the depth range, edge-on, not finite, or outside the map.
+    /// The polygon in the view; `None` if not wholly in the depth range, edge-on, not finite, or outside the
+    /// map.
     fn occluder(&self, polygon: &Polygon) -> Option<Occluder> {
         let outline = self.outline(polygon)?;
         let (behind, edges) = (self.behind(&outline)?, self.edges(&outline)?);
         Some(Occluder { behind, edges, area: outline.area })
     }
 
-    fn outline(&self, polygon: &Polygon) -> Option<Outline> {
+    fn outline(&self, polygon: &Polygon) -> Option<ViewPolygon> {
         let rounding = f64::from(ROUNDING);
         let n = polygon.count;
         let mut at = polygon.corners.map(|corner| self.view_space(corner));
@@ -320,7 +321,7 @@ impl Frame {
         let of_corners = if self.perspective { (1.0 + slope) / first } else { 1.0 };
         let reach = (low.abs().max(high.abs()) + self.size).element_sum();
         let corner = rounding * (coordinates * self.scale * of_corners + reach);
-        Some(Outline {
+        Some(ViewPolygon {
             count: n,
             at,
             map,
@@ -333,9 +334,10 @@ impl Frame {
         })
     }
 
-    /// Planes through the edges; `None` unless the outline is convex: the two triangles are no polygon then.
-    fn edges(&self, outline: &Outline) -> Option<Vec<Plane>> {
-        let &Outline { count: n, map, farthest, wide, corner, .. } = outline;
+    /// Planes through the edges; `None` unless the outline is convex, since the two triangles then form no
+    /// polygon.
+    fn edges(&self, outline: &ViewPolygon) -> Option<Vec<Plane>> {
+        let &ViewPolygon { count: n, map, farthest, wide, corner, .. } = outline;
         let edge = |i: usize| {
             let (a, b, c) = (map[i], map[(i + 1) % n], map[(i + 2) % n]);
             let turn = (b - a).perp_dot(c - b);
@@ -359,8 +361,8 @@ impl Frame {
     }
 
     /// Planes of the one or two triangles; `None` for a sliver.
-    fn behind(&self, outline: &Outline) -> Option<Vec<Plane>> {
-        let &Outline { at, map, depths: [first, last], farthest, along, corner, .. } = outline;
+    fn behind(&self, outline: &ViewPolygon) -> Option<Vec<Plane>> {
+        let &ViewPolygon { at, map, depths: [first, last], farthest, along, corner, .. } = outline;
         let triangle = |part: &[usize; 3]| {
             let [a, b, c] = part.map(|i| map[i]);
             let height =

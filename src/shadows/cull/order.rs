@@ -9,8 +9,8 @@ const BITS: u32 = 10;
 /// Points sampled to find the extent of most points.
 const SAMPLES: usize = 1024;
 
-/// Indices of the points in Morton order (Morton 1966). Outliers do not coarsen the cells: these cover the
-/// middle 98 of 100 points and as much around them.
+/// Indices of the points in Morton order (Morton 1966). The cells cover the middle 98 of 100 points and as
+/// much around them, so that outliers do not coarsen them.
 pub fn morton(points: &[Vec3]) -> Vec<u32> {
     let step = points.len().div_ceil(SAMPLES).max(1);
     let mut least = Vec3::ZERO;
@@ -37,8 +37,8 @@ pub fn morton(points: &[Vec3]) -> Vec<u32> {
     keys.into_iter().map(|key| key as u32).collect()
 }
 
-/// Place of a cell along a Z-order curve (Morton 1966): the bits of its coordinates by turns. Cells past
-/// the last are taken for it.
+/// Place of a cell along a Z-order curve (Morton 1966): the bits of its coordinates in turn. Cells past the
+/// last count as the last.
 pub fn morton_code(cell: UVec3) -> u32 {
     let spread = |v: u32| {
         let v = (v | v << 16) & 0x0300_00ff;
@@ -51,8 +51,8 @@ pub fn morton_code(cell: UVec3) -> u32 {
 }
 
 /// Cuts a sequence of `count` boxes into groups of at most `most`. A box that starts an object starts a
-/// group; so does one that would add more than half of the surface to a group that has `least` already, and
-/// one far from the one before, as long as such groups are few.
+/// group; so does one that would add more than half of the surface to a group that already has `least` boxes,
+/// and one far from the one before, as long as such groups are few.
 pub fn cut(
     count: u32,
     box_of: impl Fn(u32) -> (Bounds, bool),

@@ -7,7 +7,7 @@ use crate::{
 use glam::DVec3;
 use std::ops::RangeInclusive;
 
-/// Upper bounds of a list. `Default`: of an empty one.
+/// Upper bounds for a list. `Default`: an empty list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PairBound {
     /// Pairs of the list.
@@ -32,7 +32,7 @@ impl PairBound {
 
 /// Halves of the longest sides of boxes around single casters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reach {
+pub struct CasterReach {
     /// \[m\]
     pub most: f32,
     /// Sum over the casters \[m\].
@@ -41,14 +41,14 @@ pub struct Reach {
     pub sum_of_squares: f64,
 }
 
-impl Reach {
-    /// Of so many casters that reach that far at most \[m\].
+impl CasterReach {
+    /// `count` casters that reach at most `most` \[m\].
     pub fn all(most: f32, count: u32) -> Self {
         let (reach, count) = (f64::from(most), f64::from(count));
         Self { most, sum: count * reach, sum_of_squares: count * reach * reach }
     }
 
-    /// Adds a caster's \[m\].
+    /// Adds a caster's reach \[m\].
     pub fn add(&mut self, reach: f32) {
         self.most = self.most.max(reach);
         self.sum += f64::from(reach);
@@ -97,8 +97,8 @@ impl TileLoadBound {
         }
     }
 
-    /// Adds the casters of a box. `enlarged`: how far they reach beyond boxes around them at most \[texels\].
-    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: Reach, enlarged: f32) {
+    /// Adds the casters of a box. `enlarged`: largest reach beyond the boxes around them \[texels\].
+    pub fn add(&mut self, bounds: &Bounds, count: u32, reach: CasterReach, enlarged: f32) {
         let touched = self.touched(bounds, enlarged.into());
         let [columns, rows] = self.cells(touched.as_ref());
         for row in rows {
@@ -126,7 +126,7 @@ impl TileLoadBound {
         PairBound { pairs: self.pairs, of_tile, of_caster: self.of_caster }
     }
 
-    /// Most tiles that a caster of half-side `reach` within `touched` touches.
+    /// Largest number of tiles that a caster of half-side `reach` within `touched` touches.
     fn tiles_of_one(&self, touched: Option<&Touched>, reach: f64) -> u32 {
         let all = self.tiles[0] * self.tiles[1];
         let Some(touched) = touched else { return all };
@@ -153,8 +153,9 @@ impl TileLoadBound {
         sides[0] * sides[1]
     }
 
-    /// Most pairs of casters within `touched`: the sides of [`Self::tiles_of_one`] are at most linear in the reach.
-    fn tiles_of_all(&self, touched: &Touched, count: u32, reach: Reach) -> u64 {
+    /// Largest number of pairs of casters within `touched`: the sides of [`Self::tiles_of_one`] are at most
+    /// linear in the reach.
+    fn tiles_of_all(&self, touched: &Touched, count: u32, reach: CasterReach) -> u64 {
         let per_tile = 2.0 * self.scale / f64::from(TILE_SIZE);
         let [[a, b], [c, d]] = touched.beside.map(|beside| {
             let n = touched.nearest;
@@ -186,7 +187,7 @@ impl TileLoadBound {
         let at = |i: usize| axes[i].dot(center) + shift[i];
         let reach = |i: usize| axes[i].abs().dot(half);
         let (mut nearest, mut farthest) = (-at(2) - reach(2), -at(2) + reach(2));
-        // What is smaller than a texel is enlarged.
+        // Casters smaller than a texel are enlarged.
         let texel = enlarged * if self.perspective { farthest } else { 1.0 } / self.scale;
         (nearest, farthest) =
             if self.perspective { (nearest - texel, farthest + texel) } else { (1.0, 1.0) };
@@ -213,6 +214,6 @@ struct Touched {
     nearest: f64,
     /// Largest distance from the axis, to the right and upwards \[m\].
     beside: [f64; 2],
-    /// Width of what casters are enlarged by, at the farthest \[m\].
+    /// Width by which casters are enlarged at the farthest depth \[m\].
     texel: f64,
 }

@@ -9,7 +9,7 @@ use obvhs::{
 };
 use std::ops::Range;
 
-/// Most groups of one leaf: testing so many boxes side by side costs less than traversing nodes for them.
+/// Most groups of one leaf: testing that many boxes in a row costs less than traversing nodes for them.
 const BLOCK: u32 = 8;
 
 /// Nodes in preorder: the left child follows its parent, the right child follows the left one's subtree.
@@ -24,9 +24,9 @@ struct Node {
     first: u32,
 }
 
-/// Hierarchy of the groups' boxes, built by parallel locally-ordered clustering (Meister and Bittner 2018,
-/// by the crate obvhs). That crate has no query by planes; this one needs the groups of a subtree in one
-/// run, so its nodes are laid out anew.
+/// Hierarchy of the groups' boxes, built by parallel locally-ordered clustering (Meister and Bittner 2018, by
+/// the crate obvhs). That crate has no query by planes; this tree needs the groups of a subtree in one run,
+/// so its nodes are laid out anew.
 #[derive(Clone, Debug, Default)]
 pub struct GroupTree {
     nodes: Vec<Node>,
@@ -41,7 +41,7 @@ pub struct GroupTree {
     built_size: u64,
 }
 
-/// Growth of boxes from which the tree is rebuilt, in units of [`typical_size`]: twice the surface.
+/// Growth of boxes at which the tree is rebuilt, in units of [`typical_size`]: twice the surface.
 const DEGRADED: u64 = DOUBLED;
 
 impl GroupTree {
@@ -51,9 +51,9 @@ impl GroupTree {
         let (mut groups, mut boxes) = (Vec::new(), Vec::new());
         for (group, bounds) in (0..).zip(bounds) {
             match kind(bounds) {
-                Kind::Empty => {}
-                Kind::Unbounded => tree.unbounded.push(group),
-                Kind::Bounded(Bounds { min, max }) => {
+                Boundedness::Empty => {}
+                Boundedness::Unbounded => tree.unbounded.push(group),
+                Boundedness::Bounded(Bounds { min, max }) => {
                     groups.push(group);
                     boxes.push(Aabb::new(Vec3A::from(min), Vec3A::from(max)));
                 }
@@ -119,15 +119,16 @@ impl GroupTree {
 
     /// Refits the nodes; returns false if a group has lost or gained its bounds.
     fn refit_nodes(&mut self, bounds: &[Bounds]) -> bool {
-        let is_bounded = |bounds: &&Bounds| matches!(kind(bounds), Kind::Bounded(_));
-        let is_unbounded = |&group: &u32| matches!(kind(&bounds[group as usize]), Kind::Unbounded);
+        let is_bounded = |bounds: &&Bounds| matches!(kind(bounds), Boundedness::Bounded(_));
+        let is_unbounded =
+            |&group: &u32| matches!(kind(&bounds[group as usize]), Boundedness::Unbounded);
         if bounds.iter().filter(is_bounded).count() != self.groups.len()
             || !self.unbounded.iter().all(is_unbounded)
         {
             return false;
         }
         for (group, around) in self.groups.iter().zip(&mut self.boxes) {
-            let Kind::Bounded(bounds) = kind(&bounds[*group as usize]) else { return false };
+            let Boundedness::Bounded(bounds) = kind(&bounds[*group as usize]) else { return false };
             *around = bounds;
         }
         for i in (0..self.nodes.len()).rev() {
@@ -211,23 +212,23 @@ fn leaf_counts(bvh: &Bvh2) -> Vec<u32> {
 /// Typical size of boxes: the sum of the logarithms of their surfaces, times 2^23. Unlike in a sum of
 /// surfaces, one box that outgrows all others does not mask the rest.
 pub fn typical_size(boxes: impl Iterator<Item = Bounds>) -> u64 {
-    // The bits of a positive f32 are its logarithm, nearly.
+    // The bits of a positive f32 are nearly its logarithm.
     boxes.map(|bounds| u64::from(bounds.half_area().max(0.0).to_bits())).sum()
 }
 
 /// Increase of [`typical_size`] by a box of twice the surface.
 pub const DOUBLED: u64 = 1 << 23;
 
-enum Kind {
+enum Boundedness {
     Empty,
     Unbounded,
     Bounded(Bounds),
 }
 
-fn kind(bounds: &Bounds) -> Kind {
+fn kind(bounds: &Bounds) -> Boundedness {
     // A box with a NaN is not empty: it has contents.
     if bounds.min.cmpgt(bounds.max).any() && !bounds.min.is_nan() && !bounds.max.is_nan() {
-        return Kind::Empty;
+        return Boundedness::Empty;
     }
-    widened(bounds).map_or(Kind::Unbounded, Kind::Bounded)
+    widened(bounds).map_or(Boundedness::Unbounded, Boundedness::Bounded)
 }

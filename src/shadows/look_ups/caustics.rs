@@ -15,13 +15,13 @@ use wgpu::BufferUsages;
 
 /// Workgroups in x of a dispatch over faces or texels.
 const ROW: u32 = 32768;
-/// Workgroups that faces share among them, so that a few large ones keep a device busy.
+/// Workgroups that all faces share, so that a few large faces keep a device busy.
 const SHARED: u32 = 65536;
 /// Most workgroups of a face.
 const SLICES: u32 = 64;
 
 impl Prepared {
-    /// `None` without light that is thrown. `lights`: those that the views were made of.
+    /// `None` without light that glass throws. `lights`: those that the views were made of.
     ///
     /// # Errors
     /// If the device has no room, or refuses a kernel.

@@ -50,8 +50,8 @@ impl<'a> MapLayout<'a> {
         Self { format, cameras: None }
     }
 
-    /// A layout with the depth of the nearest translucent hit in alpha, as a raster pass would have blended
-    /// it there with MIN, or with MAX for reversed z; the depth of the far plane where there is no hit.
+    /// A layout with the depth of the nearest translucent hit in alpha, as a raster pass with the blend
+    /// operation MIN, or MAX for reversed z, would have left it; the depth of the far plane without a hit.
     /// `clip_from_world`: for each view, in columns, as for
     /// [`HostDepth::clip_from_world`](crate::HostDepth::clip_from_world).
     #[must_use]
@@ -99,8 +99,9 @@ impl<'a> MapLayout<'a> {
     }
 }
 
-/// Converted filter maps of a host's layout, ready to be recorded after the maps, any number of times. The texture stays the
-/// same one while no size changes: submit what you recorded of a frame before you prepare the next.
+/// Converted filter maps in a host's layout, ready to be recorded after the maps, any number of times. The
+/// texture stays the same while no size changes: submit the recorded commands of a frame before you prepare
+/// the next.
 #[derive(Debug)]
 pub struct ConvertedMaps {
     commands: Commands,
@@ -112,8 +113,8 @@ impl Prepared {
     /// Converts the filters of all views to another layout; rectangles stay those of [`Maps`](crate::Maps).
     ///
     /// # Errors
-    /// If the format has no alpha for the depth, a camera is invalid, a later `prepare` has taken the maps over, or the
-    /// device is lost or out of memory.
+    /// If the format has no alpha for the depth, a camera is invalid, a later `prepare` has taken the maps
+    /// over, or the device is lost or out of memory.
     pub fn converted(&self, layout: &MapLayout<'_>) -> Result<ConvertedMaps, Error> {
         const LABEL: &str = "gobo convert";
         self.check_usable()?;

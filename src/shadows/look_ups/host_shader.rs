@@ -16,8 +16,9 @@ use std::sync::LazyLock;
 use wgpu::{TextureFormat::Rgba32Uint, TextureUsages};
 
 /// Bindings of the declarations of [`Maps::wgsl`], for one frame: bind again after each
-/// [`prepare`](crate::Shadows::prepare). Layout and group stay the same ones while no size changes, and only the lights
-/// are written, before the next submission: submit what you recorded of a frame before you prepare the next.
+/// [`prepare`](crate::Shadows::prepare). Layout and group stay the same while no size changes, and only the
+/// lights are written, before the next submission: submit the recorded commands of a frame before you prepare
+/// the next.
 #[derive(Debug)]
 pub struct LightBindings {
     /// Layout for the host's pipeline, at the group that the text was made for.
@@ -31,7 +32,8 @@ pub struct LightBindings {
 
 impl LightBindings {
     /// Records the levels of area lights, after the maps and before the host's passes. Records nothing for
-    /// [`Prepared::bind_lights`], and where the maps were not drawn since another look-up has made the same levels.
+    /// [`Prepared::bind_lights`], nor where another look-up has made the same levels since the maps were
+    /// drawn.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(levels) = &self.levels {
             levels.record(encoder, &mut Timeline::untimed());
@@ -39,7 +41,7 @@ impl LightBindings {
     }
 }
 
-/// A look-up, and what it binds.
+/// A look-up, and its bindings.
 struct Part {
     linked: Linked,
     bindings: Vec<Binding>,
@@ -70,9 +72,9 @@ impl Maps {
     /// ```
     ///
     /// The share of a light that reaches a point (world space \[m\], the normal unit): 1 if nothing is in
-    /// between, without falloff and cosine; 0 behind the far plane of its view. `light` indexes the lights that [`Prepared::bind_lights`]
-    /// bound. The text is the same for all maps with the same number of nodes, with
-    /// `gain` or `over` casters or without.
+    /// between, without falloff and cosine; 0 behind the far plane of its view. `light` indexes the lights
+    /// that [`Prepared::bind_lights`] bound. The text is the same for all maps with the same number of nodes,
+    /// with `gain` or `over` casters or without.
     ///
     /// # Errors
     /// If `prefix` cannot begin a name.
@@ -80,7 +82,7 @@ impl Maps {
         self.text(OF_POINT, group, prefix)
     }
 
-    /// Like [`Self::wgsl`], for the lights that [`Prepared::bind_area_lights`] bound: area lights give
+    /// Like [`Self::wgsl`], for the lights that [`Prepared::bind_area_lights`] bound: area lights have
     /// penumbrae.
     ///
     /// # Errors
@@ -101,11 +103,12 @@ impl Maps {
 }
 
 fn constants(nodes: u32, gain: bool) -> Vec<Constant> {
-    // Whatever lights are bound, the text is the same.
+    // The text is the same for all bound lights.
     Features::of_maps(nodes, gain).with(Flags::HAS_FILTERS, true).constants()
 }
 
-/// Text of [`Maps::wgsl`] and its bindings, for maps with so many nodes, with or without `gain` or `over` casters.
+/// Text of [`Maps::wgsl`] and its bindings, for maps with `nodes` nodes, with or without `gain` or `over`
+/// casters.
 #[doc(hidden)]
 pub fn look_up_text(
     nodes: u32,
@@ -123,14 +126,15 @@ impl Prepared {
     /// lights are treated as points.
     ///
     /// # Errors
-    /// If a light is invalid or does not exist, a later `prepare` has taken the maps over, or the device is lost.
+    /// If a light is invalid or does not exist, a later `prepare` has taken the maps over, or the device is
+    /// lost.
     pub fn bind_lights(&self, lights: &[Light], chosen: &[usize]) -> Result<LightBindings, Error> {
         self.bind_source(OF_POINT, lights, chosen)
     }
 
-    /// Like [`Self::bind_lights`], for [`Maps::area_wgsl`]. [`LightBindings::record`] must be recorded
-    /// after the maps of each frame. Kernels are compiled here unless [`HostInputs::area_lights`](crate::HostInputs::area_lights)
-    /// said so before.
+    /// Like [`Self::bind_lights`], for [`Maps::area_wgsl`]. [`LightBindings::record`] must be recorded after
+    /// the maps of each frame. Kernels are compiled here unless
+    /// [`HostInputs::area_lights`](crate::HostInputs::area_lights) announced them.
     ///
     /// # Errors
     /// Those of [`Self::bind_lights`], or there are too many area lights.

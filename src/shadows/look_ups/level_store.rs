@@ -1,4 +1,5 @@
-//! Levels that are kept with the maps: no look-up makes again what another has made of the same drawing of the maps.
+//! Levels that are kept with the maps: no look-up makes levels again that another made from the same drawing
+//! of the maps.
 use crate::{
     error::Error,
     gpu::{Allocator, Memory},
@@ -12,10 +13,10 @@ use wgpu::{Texture, TextureFormat::Rgba32Uint, TextureUsages};
 
 /// Most sets that are kept, for a host that binds again and again between frames.
 const MOST: usize = 8;
-/// Drawing of the maps before any.
+/// Number before any drawing of the maps.
 const NEVER: u64 = 0;
 
-/// What levels depend on besides the contents of the maps.
+/// Inputs of levels besides the contents of the maps.
 #[derive(Debug, PartialEq)]
 pub(super) struct LevelKey {
     pub leveled: Vec<LeveledView>,
@@ -24,16 +25,16 @@ pub(super) struct LevelKey {
     pub gain: bool,
 }
 
-/// Textures of levels, and what was made in them.
+/// Textures of levels, and the state of their contents.
 #[derive(Debug)]
 pub(super) struct Levels {
     pub texture: Texture,
     /// A level while it is made.
     pub new: Texture,
-    /// Of all levels, and of the longest.
+    /// Texels of all levels, and of the longest.
     texels: [u64; 2],
     memory: Memory,
-    /// Drawing of the maps that the contents were made of.
+    /// Drawing of the maps that the contents were made from.
     made_of: AtomicU64,
 }
 
@@ -64,7 +65,7 @@ impl Levels {
 struct Kept {
     key: LevelKey,
     levels: Arc<Levels>,
-    /// Whether the current frame looks up in them.
+    /// Whether a look-up of the current frame uses them.
     is_taken: bool,
 }
 
@@ -92,7 +93,7 @@ impl LevelStore {
         kept.iter_mut().for_each(|it| it.is_taken = false);
     }
 
-    /// The maps are drawn anew.
+    /// States that the maps are drawn anew.
     pub(super) fn redraw(&self) {
         self.drawing.fetch_add(1, Relaxed);
     }
@@ -102,7 +103,7 @@ impl LevelStore {
         self.made.load(Relaxed)
     }
 
-    /// Levels of the same key; else those of the last frame, in order, that have the same size; else new ones.
+    /// Levels of the same key; else those of the last frame with the same sizes, in order; else new ones.
     pub(super) fn take(
         &self,
         key: LevelKey,
@@ -130,7 +131,7 @@ impl LevelStore {
         Ok(levels)
     }
 
-    /// Whether levels must be made of the maps, which the caller then does; `count`: of maps.
+    /// Whether levels must be made from the maps, which the caller then does; `count`: of maps.
     pub(super) fn must_make(&self, levels: &Levels, count: u64) -> bool {
         let drawing = self.drawing.load(Relaxed);
         let must = levels.made_of.swap(drawing, Relaxed) != drawing;

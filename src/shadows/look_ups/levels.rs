@@ -34,7 +34,8 @@ fn features(maps: &Maps, has_faces: bool) -> Features {
 }
 
 impl AreaLevels {
-    /// Asks for the kernels, so that they are compiled with others. `has_faces`: whether some views are faces of cubes.
+    /// Requests the kernels, so that they are compiled with others. `has_faces`: whether some views are faces
+    /// of cubes.
     pub(crate) fn request_kernels(
         kernels: &Kernels,
         maps: &Maps,
@@ -49,7 +50,7 @@ impl AreaLevels {
         Ok(())
     }
 
-    /// `None` without area lights. `shelf`: of the maps; `resources`: the maps, `lights` and `picture_params`.
+    /// `None` without area lights. `shelf`: the maps'; `resources`: the maps, `lights` and `picture_params`.
     pub fn new(
         allocator: &mut Allocator<'_>,
         kernels: &Kernels,
@@ -121,7 +122,8 @@ impl AreaLevels {
         self.commands.compile()
     }
 
-    /// Records the making of the levels, after the maps; nothing if they were made since the maps were last drawn.
+    /// Records the kernels that make the levels, after the maps; nothing if they were made since the maps
+    /// were last drawn.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         if self.shelf.levels.must_make(&self.levels, self.map_count) {
             self.commands.record(encoder, timeline);

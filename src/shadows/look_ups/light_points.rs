@@ -1,5 +1,5 @@
-//! Light at points of the host, such as particles, probes and splats: the share of each light that the
-//! shadow maps transmit.
+//! Light at points of the host, such as particles, probes and splats: the share of each light that the shadow
+//! maps transmit.
 use crate::shadows::{AreaLevels, Prepared};
 use crate::{
     error::{Error, Input},
@@ -28,9 +28,9 @@ pub struct PointBuffers<'a> {
     pub normals: Option<&'a Buffer>,
 }
 
-/// Look-up of the lights' shares at some points, ready to be recorded after the maps, any number of times. After the next
-/// [`prepare`](crate::Shadows::prepare) a look-up of as many points takes over its buffers: submit what you recorded of a
-/// frame before you prepare the next.
+/// Look-up of the lights' shares at some points, ready to be recorded after the maps, any number of times.
+/// After the next [`prepare`](crate::Shadows::prepare), a look-up of as many points takes over its buffers:
+/// submit the recorded commands of a frame before you prepare the next.
 #[derive(Debug)]
 pub struct LightPoints {
     levels: Option<AreaLevels>,
@@ -41,9 +41,9 @@ pub struct LightPoints {
 
 impl Prepared {
     /// The share of the `chosen` of `lights` that reaches each point: 1 if nothing is in between, without
-    /// falloff and cosine. Reads the maps by the settings of [`prepare`](crate::Shadows::prepare); a light
-    /// without views is never shadowed, and a point behind the far plane of its view is dark, or, of cascades, lit. `lights` are those
-    /// that the views were made of.
+    /// falloff and cosine. Reads the maps by the settings of [`prepare`](crate::Shadows::prepare). A light
+    /// without views is never shadowed. A point behind the far plane of its view is dark, or lit for
+    /// cascades. `lights` are those that the views were made of.
     ///
     /// # Errors
     /// If a light is invalid or does not exist, a buffer is shorter than its points, a later `prepare` has
@@ -57,7 +57,8 @@ impl Prepared {
         self.points_on(self.light_shelf.take(), lights, chosen, points)
     }
 
-    /// Like [`Self::light_points`], with buffers that go with what it returns: for many points, some at a time.
+    /// Like [`Self::light_points`], with buffers that live as long as the returned value: for many points,
+    /// some at a time.
     ///
     /// # Errors
     /// Those of [`Self::light_points`].

@@ -1,9 +1,9 @@
-//! What bindings of lights are made of, from frame to frame.
+//! Objects of lights' bindings, kept from frame to frame.
 use super::level_store::LevelStore;
 use crate::gpu::Shelf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Frames bind the lights anew into what the last frame's bindings were made of, of the first few alive at a time.
+/// Objects that the next frame's bindings of lights take over, for the first few bindings alive at a time.
 #[derive(Debug)]
 pub struct LightShelf {
     shelf: Shelf,
@@ -24,7 +24,7 @@ impl LightShelf {
         self.levels.turn();
     }
 
-    /// The maps are drawn anew.
+    /// States that the maps are drawn anew.
     pub(in crate::shadows) fn redraw(&self) {
         self.levels.redraw();
     }
@@ -34,7 +34,7 @@ impl LightShelf {
         self.levels.made()
     }
 
-    /// `None` for a host that binds again and again between frames.
+    /// Objects for a binding; `None` for a host that binds again and again between frames.
     pub(super) fn take(&self) -> Option<&Shelf> {
         const MOST: u32 = 8;
         (self.bound.fetch_add(1, Ordering::Relaxed) < MOST).then_some(&self.shelf)

@@ -25,12 +25,12 @@ pub(in crate::shadows) struct LightSource {
 }
 
 impl Prepared {
-    /// The kernels, whose dispatches take over the bind groups of a shelf.
+    /// The kernels, with dispatches that take over a shelf's bind groups.
     pub(in crate::shadows) fn kernels_on(&self, shelf: Option<&Shelf>) -> Kernels {
         shelf.map_or_else(|| self.kernels.clone(), |shelf| self.kernels.with_shelf(shelf))
     }
 
-    /// Uploads `chosen` of `lights`, which the views were made of; `with_areas`: whether area lights keep
+    /// Uploads `chosen` of `lights`, which the views were made of. `with_areas`: whether area lights keep
     /// their size; `camera`: the view whose pixels the points are, if any.
     pub(in crate::shadows) fn light_source(
         &self,
@@ -54,7 +54,7 @@ impl Prepared {
             colored: u32::from(maps.colored.is_some()),
             first_area: records.first_area(),
             world_from_view: camera.map_or(Mat4::IDENTITY, |it| it.view_from_world.inverse()),
-            // No pixel is in a cluster.
+            // No pixel belongs to a cluster.
             tile: 1,
             first_slice: 1.0,
             ..PictureParams::zeroed()

@@ -1,4 +1,4 @@
-//! Light that reaches splats: where it is looked up so that each splat leaves itself out.
+//! Light that reaches splats, looked up at points where each splat leaves itself out.
 use crate::shadows::Prepared;
 use crate::{
     error::{Error, Input},
@@ -6,15 +6,23 @@ use crate::{
 };
 use bytemuck::{Pod, Zeroable};
 
-/// WGSL for a kernel of the host, which places the points at which [`Prepared::light_points`] evaluates a light for its
-/// splats. It declares a struct, of the layout of [`SplatLight`], and
+/// WGSL for a kernel of the host, to place the points at which [`Prepared::light_points`] evaluates a light
+/// for its splats. It declares a struct with the layout of [`SplatLight`], and
 ///
 /// ```wgsl
-/// fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma: vec3<f32>, opacity: f32) -> vec3<f32>
+/// fn splat_point(
+///     light: SplatLight,
+///     center: vec3<f32>,
+///     rotation: vec4<f32>,
+///     sigma: vec3<f32>,
+///     opacity: f32,
+/// ) -> vec3<f32>
 /// ```
 ///
-/// Arguments are those of a [`Gaussian`](crate::Gaussian) whose opacity is that of a splat. The point is so far in front of
-/// the centre, towards the light, that no texel around it finds the splat itself in front: a lone one gets all light. That holds for curves ([`Receiver::Curve`](crate::Receiver)) of the spline filter without blur.
+/// The arguments are those of a [`Gaussian`](crate::Gaussian) whose opacity is a splat's. The point is so far
+/// in front of the centre, towards the light, that no texel around it finds the splat itself in front: a lone
+/// splat gets all light. This holds for curves ([`Receiver::Curve`](crate::Receiver)) with the spline filter
+/// and without blur.
 pub const SPLAT_POINT_WGSL: &str = "
 struct SplatLight {
     position: vec3<f32>,    // of the light [m]; of a directional one its direction
@@ -34,8 +42,8 @@ fn splat_space(direction: vec3<f32>, rotation: vec4<f32>, sigma: vec3<f32>) -> v
     return sigma * (direction + rotation.w * turned + cross(-rotation.xyz, turned));
 }
 
-// How far hits of the splat within the filter's texels are in front of its centre: the depth of a hit is its mean over the
-// splat at the hit's place across the ray.
+// How far hits of the splat within the filter's texels are in front of its centre: the depth of a hit is its
+// mean over the splat at the hit's place across the ray.
 fn splat_reach(ray: vec3<f32>, texel: f32, rotation: vec4<f32>, sigma: vec3<f32>, opacity: f32) -> f32 {
     let aside = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(ray.x) > 0.5);
     let right = normalize(cross(ray, aside));
@@ -52,7 +60,13 @@ fn splat_reach(ray: vec3<f32>, texel: f32, rotation: vec4<f32>, sigma: vec3<f32>
     return select(reach * length(along), min(reach * tilt, length(slope) * SPLAT_TAPS * texel), area > 0.0);
 }
 
-fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma: vec3<f32>, opacity: f32) -> vec3<f32> {
+fn splat_point(
+    light: SplatLight,
+    center: vec3<f32>,
+    rotation: vec4<f32>,
+    sigma: vec3<f32>,
+    opacity: f32,
+) -> vec3<f32> {
     var ray = light.position;
     var texel = light.texel;
     var slack = 2.0 * light.step;
@@ -60,7 +74,7 @@ fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma:
         let away = center - light.position;
         ray = normalize(away);
         texel *= length(away);
-        slack += SPLAT_TAPS * texel; // depths are along the axis, and planes of hits are perpendicular to the ray
+        slack += SPLAT_TAPS * texel; // depths are along the axis, planes of hits across the ray
     }
     return center - ray * (splat_reach(ray, texel, rotation, sigma, opacity) + slack);
 }
@@ -70,11 +84,11 @@ fn splat_point(light: SplatLight, center: vec3<f32>, rotation: vec4<f32>, sigma:
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SplatLight {
-    /// Of the light, world space \[m\]; of a directional one its direction, unit.
+    /// Position of the light, world space \[m\]; for a directional light its direction, unit.
     pub position: [f32; 3],
-    /// 1 of a directional light.
+    /// 1 for a directional light.
     pub is_directional: u32,
-    /// Edge of the largest texel of its maps \[m\], or a metre away from the light.
+    /// Edge of the largest texel of its maps \[m\], or at 1 m from the light.
     pub texel: f32,
     /// Largest step of depths in its curves \[m\].
     pub step: f32,
@@ -92,7 +106,7 @@ impl Prepared {
         light.check(index)?;
         let (mut texel, mut step) = (0.0_f32, 0.0_f32);
         for view in self.views().iter().filter(|view| view.light == Some(index)) {
-            // In perspective views the distance from the light is at least the one along the axis.
+            // In perspective views, the distance from the light is at least the distance along the axis.
             texel = texel.max(1.0 / view.scale);
             step = step.max((view.far - view.near) / 65535.0);
         }

@@ -13,8 +13,8 @@ use wgpu::{BindGroup, Texture, TextureAspect, TextureFormat, TextureUsages, Text
 /// Far plane of masks for an infinite camera \[m\]; farther surfaces are moved to it.
 const FARTHEST: f64 = 1e5;
 
-/// A host's depths and normals, for [`LightMasks::prepare`](crate::host::LightMasks::prepare). The textures are
-/// read when the masks are recorded.
+/// A host's depths and normals, for [`LightMasks::prepare`](crate::host::LightMasks::prepare). The textures
+/// are read when the masks are recorded.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct MaskView<'a> {
@@ -73,7 +73,7 @@ impl<'a> MaskView<'a> {
         Self { is_view_space: true, ..self.normals(normals) }
     }
 
-    /// Sets a shadow function for some lights, as indices into those that masks are prepared for.
+    /// Sets a shadow function for some lights, given as indices into the lights that masks are prepared for.
     /// `bindings`: of its layout.
     #[must_use]
     pub fn joined(
@@ -146,14 +146,14 @@ pub(super) struct MaskCamera {
     pub normals: Option<TextureView>,
 }
 
-/// View of a matrix, its inverse, and its depth without a surface.
+/// View of a matrix, the matrix's inverse, and its depth without a surface.
 fn of_clip(clip: [[f32; 4]; 4], size: UVec2) -> Result<(View, Mat4, f32), &'static str> {
     let camera = Camera::from_clip(clip, size).map_err(|error| error.0)?;
     let clip = DMat4::from_cols_array_2d(&clip.map(|column| column.map(f64::from)));
     let ahead = (camera.target - camera.eye).normalize().as_dvec3();
     let at =
         |distance: f64| -> DVec4 { clip * (camera.eye.as_dvec3() + ahead * distance).extend(1.0) };
-    // Along the axis both clip coordinates are linear in the distance; w is 0 at the eye.
+    // Along the axis, both clip coordinates are linear in the distance; w is 0 at the eye.
     let (one, two) = (at(1.0), at(2.0));
     let (slope, w) = (two.z - one.z, two.w - one.w);
     let start = one.z - slope;

@@ -42,16 +42,16 @@ struct Text {
 }
 
 impl Shadows {
-    /// Makes a shadow function of WGSL of the host's, which declares
+    /// Makes a shadow function from WGSL of the host, which declares
     ///
     /// ```wgsl
     /// fn host_shadow(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32>
     /// ```
     ///
     /// and its bindings in `@group(1)`, of `layout`. It returns the share of a light that reaches a point
-    /// (world space \[m\], unit normal), which multiplies the share by the maps. `light` is an index into the
-    /// lights that [`LightMasks::prepare`] chose. All other names of the library begin with `gobo_`.
-    /// `label` names the text in errors.
+    /// (world space \[m\], unit normal), which multiplies the maps' share. `light` is an index into the
+    /// lights that [`LightMasks::prepare`] was given as `chosen`. All other names of the library begin with
+    /// `gobo_`. `label` names the text in errors.
     ///
     /// # Errors
     /// If the text is invalid WGSL or does not fit: with its line, as `label:line`; or the device is lost.
@@ -100,19 +100,19 @@ pub struct MaskSlot {
     pub channel: Option<u32>,
 }
 
-/// Shadow masks for a host's camera. The textures and what binds them are kept from frame to frame: submit what you
-/// recorded of a frame before you prepare the next.
+/// Shadow masks for a host's camera. Textures and bind groups are kept from frame to frame: submit the
+/// recorded commands of a frame before you prepare the next.
 #[derive(Debug, Default)]
 pub struct LightMasks {
     textures: Option<Arc<MaskTextures>>,
     former: FormerSlots,
-    frame: Option<Frame>,
-    /// Of the device of the last frame.
+    frame: Option<MaskFrame>,
+    /// Shelf for the device of the last frame.
     shelf: Option<(wgpu::Device, Shelf)>,
 }
 
 #[derive(Debug)]
-struct Frame {
+struct MaskFrame {
     memory: MaskMemory,
     levels: Option<AreaLevels>,
     commands: Commands,
@@ -126,12 +126,12 @@ impl LightMasks {
     }
 
     /// Assigns slots to the `chosen` of `lights`, which the views were made of, where they are visible, and
-    /// binds the passes that compute their masks. Lights with names keep their slots as long as possible.
-    /// The textures are kept while the size stays and their capacity suffices.
+    /// binds the passes that compute their masks. Lights with names keep their slots as long as possible. The
+    /// textures are kept while the size stays and their capacity suffices.
     ///
     /// # Errors
-    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device is lost or
-    /// out of memory.
+    /// If a light or an input is invalid, a later [`Shadows::prepare`] has taken the maps over, or the device
+    /// is lost or out of memory.
     pub fn prepare(
         &mut self,
         prepared: &Prepared,
@@ -183,27 +183,27 @@ impl LightMasks {
             commands.compile()?;
             let levels = source.levels;
             levels.iter().try_for_each(AreaLevels::compile)?;
-            self.frame = Some(Frame { memory, levels, commands, bytes });
+            self.frame = Some(MaskFrame { memory, levels, commands, bytes });
             Ok(())
         })
     }
 
-    /// Records the masks, after the maps and the host's depths; records nothing before [`Self::prepare`].
+    /// Records the masks, after the maps and the host's depths; nothing before [`Self::prepare`].
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) {
         self.record_timed(encoder, &mut Timeline::untimed());
     }
 
     /// Like [`Self::record`], with timestamps around each pass.
     pub fn record_timed(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
-        let Some(Frame { levels, commands, .. }) = &self.frame else { return };
+        let Some(MaskFrame { levels, commands, .. }) = &self.frame else { return };
         levels.iter().for_each(|levels| levels.record(encoder, timeline));
         commands.record(encoder, timeline);
         timeline.end(encoder);
     }
 
     /// Array of `rgba8unorm` masks, of the size of the host's depths; usages `TEXTURE_BINDING`,
-    /// `STORAGE_BINDING` and `COPY_SRC`. Kept from one `prepare` to the next while its capacity suffices.
-    /// It may have more layers than there are masks.
+    /// `STORAGE_BINDING` and `COPY_SRC`. Kept from one `prepare` to the next while its capacity suffices; it
+    /// may have more layers than there are masks.
     pub fn texture(&self) -> Option<&Texture> {
         self.frame.as_ref().map(|frame| frame.memory.masks())
     }
@@ -252,7 +252,7 @@ struct Inputs<'a> {
 }
 
 impl Inputs<'_> {
-    /// From the host's depths to the masks.
+    /// Commands from the host's depths to the masks.
     fn commands(&self, allocator: &mut Allocator<'_>) -> Result<Commands, Error> {
         let &Self { prepared, source, camera, view, memory } = self;
         let kernels = &prepared.kernels_on(allocator.shelf);

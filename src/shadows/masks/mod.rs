@@ -41,9 +41,9 @@ pub struct MaskTextures {
     slot_table: Texture,
     /// Targets of look-up and blur, alternating.
     made: [Texture; 2],
-    /// Masks at the picture's size, if they are computed at half of it.
+    /// Masks at the picture's size, if they are computed at half the size.
     enlarged: Option<Texture>,
-    /// Of look-up, rows, columns and enlarging.
+    /// Parameters of look-up, rows, columns and enlarging.
     params: [Buffer; 4],
     /// Bytes by texture.
     pub memory: Memory,
@@ -148,7 +148,7 @@ impl MaskMemory {
 
     /// The masks at the picture's size, four channels per layer; there may be more layers than masks.
     pub fn masks(&self) -> &Texture {
-        // The result after a look-up, a row and a column.
+        // The result of a look-up, a row and a column.
         self.textures.enlarged.as_ref().unwrap_or(&self.textures.made[0])
     }
 
@@ -168,7 +168,7 @@ impl MaskMemory {
         &self.textures.memory
     }
 
-    /// Whether masks are of half the picture's size.
+    /// Whether masks have half the picture's size.
     pub fn is_half(&self) -> bool {
         self.settings.half
     }

@@ -1,5 +1,5 @@
-//! Blur of the filter maps and curves, in place, after all batches. Only rendered maps are blurred: maps
-//! that are kept already are.
+//! Blur of the filter maps and curves, in place, after all batches. Only rendered maps are blurred: kept maps
+//! are blurred already.
 use super::{passes, texture_like};
 use crate::{
     error::Error,
@@ -46,7 +46,7 @@ impl Blur {
         Ok(Self { radius, rows, near_around, row_curves, params })
     }
 
-    /// The blur of the views of `batches`, each with the buffer of its views.
+    /// The blur for the views of `batches`, each with the buffer of its views.
     pub(in crate::shadows) fn commands(
         &self,
         kernels: &Kernels,

@@ -15,7 +15,7 @@ use crate::{
 use glam::UVec2;
 use wgpu::{TextureView, TextureViewDimension::D2Array};
 
-/// The largest level first. `is_new`: some view is rendered, or has another place in the atlas.
+/// Makes the largest level first. `is_new`: some view is rendered, or has another place in the atlas.
 pub(in crate::shadows) fn filter_mips(
     allocator: &mut Allocator<'_>,
     kernels: &Kernels,

@@ -1,4 +1,4 @@
-//! What follows all batches: softening of dithered maps, blur, and smaller levels.
+//! Smoothing after all batches: softening of dithered maps, blur, and smaller levels.
 pub(super) mod blur;
 pub(super) mod filter_mips;
 pub(super) mod soften;
@@ -14,7 +14,7 @@ use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
 /// Texels of a workgroup in x and y.
 const GROUP_SIZE: u32 = 8;
 
-/// A texture like a map, with `layers` for each of the map's.
+/// A texture like a map, with `layers` per layer of the map.
 fn texture_like(
     allocator: &mut Allocator<'_>,
     name: &'static str,
@@ -27,7 +27,7 @@ fn texture_like(
     allocator.texture(name, format, size, TextureUsages::STORAGE_BINDING)
 }
 
-/// A pass over the texels of each batch's views; `dispatches`: of the resources and workgroups.
+/// A pass over the texels of each batch's views; `dispatches`: from resources and workgroups.
 fn passes(
     label: &'static str,
     batches: &[(&BatchPlan, &Buffer)],

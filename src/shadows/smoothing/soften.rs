@@ -1,4 +1,4 @@
-//! Softening of dithered maps: holes become a filter, after all batches.
+//! Softening of dithered maps, after all batches: holes become a filter.
 use super::{passes, texture_like};
 use crate::{
     error::Error,
@@ -38,7 +38,7 @@ impl Soften {
         Ok((soft, Self { raw, window, rows, params }))
     }
 
-    /// The softening of the views of `batches`, each with the buffer of its views.
+    /// The softening for the views of `batches`, each with the buffer of its views.
     pub(in crate::shadows) fn commands(
         &self,
         kernels: &Kernels,

@@ -23,7 +23,7 @@ pub(crate) struct DepthInput {
 
 pub(in crate::shadows) const NO_TEXTURE: &str = "its texture was destroyed, or is another device's";
 
-/// Largest deviation of our rays in the host's window over their length \[texels of ours\].
+/// Largest deviation of our rays from the host's window over their length \[our texels\].
 const ASTRAY: f64 = 0.25;
 
 /// Views of the host's textures by texture and layer, kept from frame to frame.
@@ -85,7 +85,7 @@ impl DepthInput {
     }
 }
 
-/// The part of a texture that a depth is read from; `None` of one without depths.
+/// The aspect of a texture that a depth is read from; `None` for a format without depths.
 pub(in crate::shadows) fn depth_aspect(format: TextureFormat) -> Option<TextureAspect> {
     use TextureFormat::{
         Depth16Unorm, Depth24Plus, Depth24PlusStencil8, Depth32Float, Depth32FloatStencil8,
@@ -117,8 +117,7 @@ pub(in crate::shadows) fn layer_view(
     })
 }
 
-/// A host's camera whose rays coincide with those of a view. In `f64`, because far from the origin matrices
-/// cancel.
+/// A host's camera whose rays coincide with a view's. In `f64`, because matrices cancel far from the origin.
 pub(in crate::shadows) struct HostCamera<'a> {
     view: &'a View,
     pub clip_from_view: DMat4,

@@ -16,7 +16,7 @@ use wgpu::{
 /// Texture arrays that hold all views' maps.
 #[derive(Clone, Debug)]
 pub struct Maps {
-    /// `F`, rgba16float, with [`ShadowSettings::mips`] smaller levels. There a view's rectangle is smaller
+    /// `F`, rgba16float, with [`ShadowSettings::mips`] smaller levels. In these a view's rectangle is smaller
     /// as well, and a texel is the mean of the view's own texels.
     ///
     /// [`ShadowSettings::mips`]: crate::model::ShadowSettings::mips
@@ -30,21 +30,21 @@ pub struct Maps {
     /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers per layer of the other textures; a
     /// single texel without curves.
     pub curves: wgpu::Texture,
-    /// Sums over the casters instead of `filters` and `nearests`, rgba32uint, if they were asked for: optical depth per
+    /// Sums over the casters instead of `filters` and `nearests`, rgba32uint, if requested: optical depth per
     /// channel in fixed point, and nearness of the nearest hit.
     pub sums: Option<wgpu::Texture>,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
-    /// Whether light may increase along a curve: some caster is of the `gain` or the `over` transfer.
+    /// Whether light may increase along a curve: some caster has the `gain` or the `over` transfer.
     pub gain: bool,
     /// Rectangle of each view.
     pub slots: Vec<MapSlot>,
 }
 
 impl Maps {
+    /// Their contents are undefined.
     pub(in crate::shadows) fn new(
         allocator: &mut Allocator<'_>,
-        queue: &wgpu::Queue,
         views: &[View],
         config: &Config,
         colored: bool,
@@ -69,7 +69,7 @@ impl Maps {
         let slots = atlas.slots;
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
-        let maps = allocated(allocator.device, || {
+        allocated(allocator.device, || {
             let mut texture = |name, format| allocator.texture(name, format, size, usage);
             let opaques = texture("opaques", R32Float)?;
             let nearests = texture("nearests", R32Float)?;
@@ -89,10 +89,13 @@ impl Maps {
                 gain: false,
                 slots,
             })
-        })?;
-        fill(queue, &maps.opaques, 1.0_f32);
-        maps.colored.iter().for_each(|colored| fill(queue, colored, [1.0_f32; 4]));
-        Ok(maps)
+        })
+    }
+
+    /// Fills the opaque depths with their values without opaque casters.
+    pub(in crate::shadows) fn fill_depths(&self, queue: &wgpu::Queue) {
+        fill(queue, &self.opaques, 1.0_f32);
+        self.colored.iter().for_each(|colored| fill(queue, colored, [1.0_f32; 4]));
     }
 
     /// Fills the maps with their values without translucent casters.
@@ -101,7 +104,7 @@ impl Maps {
         fill(queue, &self.nearests, 1.0_f32);
     }
 
-    /// Resets the sums, if there are any: texels that no caster touches keep theirs.
+    /// Resets the sums, if there are any: texels that no caster touches would keep theirs.
     pub(in crate::shadows) fn clear_sums(&self, queue: &wgpu::Queue) {
         self.sums.iter().for_each(|sums| fill(queue, sums, [0_u32; 4]));
     }

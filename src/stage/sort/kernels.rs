@@ -5,12 +5,12 @@ use crate::{
     stage::walk::SCAN,
 };
 
-/// Values of a digit, each with a counter in a run: on software adapters, 256 of them take two seconds to
+/// Values of a digit, each with a counter in a run: on software adapters, 256 counters take two seconds to
 /// compile (benches/NOTES.md), 64 half a second.
 const DIGITS_64: Choice = Choice::new("digits", "sort/digits_64.wgsl");
 const DIGITS_256: Choice = Choice::new("digits", "sort/digits_256.wgsl");
 
-/// How workgroups rank pairs, on GPUs.
+/// Ranking of pairs by workgroups, on GPUs.
 const RANKS: Choice =
     Choice::by_tier("ranks", "sort/ranks_shared.wgsl", Tier::Subgroups, "sort/ranks_subgroup.wgsl");
 /// Histogram of the digits of each run. One invocation per run.
@@ -33,7 +33,7 @@ pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_serial_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
-/// [`SERIAL_COUNT`] by digits of 256 values.
+/// [`SERIAL_COUNT`] for digits of 256 values.
 pub const LONG_COUNT: KernelDesc = KernelDesc {
     entry: "sort_serial_count",
     with: &[DIGITS_256],
@@ -41,7 +41,7 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
     ..KernelDesc::new("sort_long_count", "sort/sort_serial_count.wgsl")
 };
 
-/// [`SERIAL_SCATTER`] by digits of 256 values.
+/// [`SERIAL_SCATTER`] for digits of 256 values.
 pub const LONG_SCATTER: KernelDesc = KernelDesc {
     entry: "sort_serial_scatter",
     with: &[DIGITS_256],

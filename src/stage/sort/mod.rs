@@ -2,10 +2,10 @@
 //!
 //! In: `pairs`, `counts`. Out: one of the two pair textures.
 //!
-//! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions, scatter.
-//! (Merrill, Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce, then scan. Unlike
-//! in its single-pass successors no workgroup waits for another, since WebGPU does not guarantee forward
-//! progress.) A partition is a *run* of one invocation or a *block* of a workgroup: see [`Shape`].
+//! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions, scatter (Merrill
+//! and Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce, then scan. Unlike in its
+//! single-pass successors, no workgroup waits for another, since WebGPU does not guarantee forward progress).
+//! A partition is a *run* of one invocation or a *block* of a workgroup: see [`Shape`].
 //!
 //! ```text
 //! pairs       texel (i % 4096, i / 4096) = (key, value) of pair i
@@ -47,15 +47,15 @@ const SERIAL_CONSTANTS: &[(&str, f64)] = &[
     ("RUN_TARGET", RUN_TARGET as f64),
     ("RUN_LIMIT", RUN_LIMIT as f64),
 ];
-/// Invocations of the workgroups of GPUs' kernels.
+/// Invocations of the workgroups of kernels for GPUs.
 const WIDE_CONSTANTS: &[(&str, f64)] = &[("SCAN_LANES", 256.0)];
 
 /// Bits of a digit with 64 values.
 pub const FEW_BITS: u32 = 6;
 /// Bits of a digit with 256 values.
 pub const MAX_BITS: u32 = 8;
-/// Pairs from which kernels with more counters repay their longer compilation: they need fewer digits, and
-/// each is faster. If they need as many digits, from twice as many \[pairs\].
+/// Pairs from which kernels with more counters repay their longer compilation, by fewer and faster digits. If
+/// they need as many digits, from twice as many pairs \[pairs\].
 const FEW_PAIRS: u32 = 1 << 19;
 
 /// Pairs per workgroup.
@@ -88,18 +88,18 @@ crate::records::gpu_struct! {
     }
 }
 
-/// Partition of the work. Both shapes give the same result on every adapter.
+/// Partition of the work. Both partitions give the same result on every adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// Each invocation sorts a long run with counters of its own: no atomics, no barriers. For
-    /// software adapters, where these are slow and parallelism is scarce.
+pub enum Partition {
+    /// Each invocation sorts a long run with counters of its own: no atomics, no barriers. For software
+    /// adapters, where these are slow and parallelism is scarce.
     Serial,
-    /// Each workgroup sorts a block, ranked by ballots of subgroups, or without them by bit masks in workgroup memory.
-    /// For GPUs.
+    /// Each workgroup sorts a block, ranked by ballots of subgroups or, without subgroups, by bit masks in
+    /// workgroup memory. For GPUs.
     Wide,
 }
 
-impl Shape {
+impl Partition {
     /// Most runs or blocks for `count` pairs or fewer. (Fewer pairs may make more runs.)
     pub fn partition_limit(self, count: u32) -> u32 {
         match self {
@@ -111,7 +111,7 @@ impl Shape {
         }
     }
 
-    /// Partitions, and digits, of a workgroup.
+    /// Partitions per workgroup when counting, and digits per workgroup when scanning.
     pub const fn lanes(self) -> u32 {
         match self {
             Self::Serial => SERIAL_WORKGROUP_SIZE,
@@ -119,7 +119,7 @@ impl Shape {
         }
     }
 
-    /// Most bits of a digit of these keys \[bits\].
+    /// Most bits of a digit for keys with these `bits`.
     pub fn digit_bits(self, capacity: u32, bits: Range<u32>) -> u32 {
         let as_few = digits(bits.clone(), FEW_BITS).len() == digits(bits, MAX_BITS).len();
         match self {
@@ -134,21 +134,24 @@ impl Shape {
 /// Most blocks that sum up each other's counts: a kilobyte each, read by each.
 const FEW_BLOCKS: u32 = 256;
 
-/// Kernels that count and scatter a digit of so many bits, in so many partitions, and the one in between that scans, if any.
+/// Kernels that count and scatter a digit of so many bits, in so many partitions, and the one in between that
+/// scans, if any.
 pub fn kernels(
-    shape: Shape,
+    partition: Partition,
     digit_bits: u32,
     partitions: u32,
 ) -> (&'static KernelDesc, Option<&'static KernelDesc>, &'static KernelDesc) {
-    match (shape, digit_bits) {
-        (Shape::Serial, FEW_BITS) => (&SERIAL_COUNT, Some(&SERIAL_SCAN), &SERIAL_SCATTER),
-        (Shape::Serial, _) => (&LONG_COUNT, Some(&SERIAL_SCAN), &LONG_SCATTER),
-        (Shape::Wide, _) if partitions <= FEW_BLOCKS => (&WIDE_FEW_COUNT, None, &WIDE_FEW_SCATTER),
-        (Shape::Wide, _) => (&WIDE_COUNT, Some(&WIDE_SCAN), &WIDE_SCATTER),
+    match (partition, digit_bits) {
+        (Partition::Serial, FEW_BITS) => (&SERIAL_COUNT, Some(&SERIAL_SCAN), &SERIAL_SCATTER),
+        (Partition::Serial, _) => (&LONG_COUNT, Some(&SERIAL_SCAN), &LONG_SCATTER),
+        (Partition::Wide, _) if partitions <= FEW_BLOCKS => {
+            (&WIDE_FEW_COUNT, None, &WIDE_FEW_SCATTER)
+        }
+        (Partition::Wide, _) => (&WIDE_COUNT, Some(&WIDE_SCAN), &WIDE_SCATTER),
     }
 }
 
-/// Size of the histograms of so many partitions \[texels\].
+/// Size of the histograms of `partitions` partitions \[texels\].
 pub fn histogram_size(partitions: u32) -> [u32; 2] {
     let width = partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW);
     // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.

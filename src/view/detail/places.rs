@@ -7,11 +7,11 @@ use glam::{DMat2, DVec2, DVec3, IVec2, UVec2, Vec3};
 
 /// Width of a texel that is narrow enough \[pixels\].
 const FINENESS: f64 = 0.6;
-/// Pixels of the picture to one of the small picture, each way.
+/// Pixels of the picture per pixel of the small picture, each way.
 const COARSE: u32 = 8;
 /// Edge of the small map \[texels\].
 const MAP: u32 = 512;
-/// Texels of the small map within which an edge is looked for.
+/// Texels of the small map around a place that are searched for an edge.
 const EDGES: i32 = 2;
 /// Least cosine at which a surface is measured.
 const MIN_COSINE: f64 = 0.1;
@@ -19,14 +19,14 @@ const MIN_COSINE: f64 = 0.1;
 /// A place of the picture beside an edge of a shadow.
 #[derive(Clone, Copy)]
 pub(in crate::view) struct Seen {
-    /// On the light's plane: \[m\], or in a perspective view at 1 m along the axis.
+    /// On the light's plane: \[m\], or at 1 m along the axis in a perspective view.
     pub(in crate::view) place: DVec2,
     /// Widest texel there that is narrow enough, in the same unit.
     pub(in crate::view) texel: f64,
 }
 
-/// A surface that the picture shows, as a light's view sees it.
-pub(in crate::view) struct Receiver {
+/// A surface of the picture, seen from a light.
+pub(in crate::view) struct ShownSurface {
     /// Toward the eye, unit.
     pub(in crate::view) normal: DVec3,
     /// Depth \[m\]; 1 in a parallel view.
@@ -34,8 +34,8 @@ pub(in crate::view) struct Receiver {
     pub(in crate::view) seen: Seen,
 }
 
-/// What the picture shows, and how wide a pixel is there.
-pub(in crate::view) struct Picture<'a> {
+/// Surfaces of the picture, and the width of its pixels there.
+pub(in crate::view) struct ShownPicture<'a> {
     scene: &'a Scene,
     seen: Image,
     eye: DVec3,
@@ -45,7 +45,7 @@ pub(in crate::view) struct Picture<'a> {
     pixel: f64,
 }
 
-impl<'a> Picture<'a> {
+impl<'a> ShownPicture<'a> {
     pub(in crate::view) fn new(scene: &'a Scene) -> Self {
         let camera = &scene.camera;
         let view = View::from_camera(camera, &scene.held_bounds());
@@ -66,7 +66,7 @@ impl<'a> Picture<'a> {
         self.seen.hits().filter_map(|hit| self.place(hit, base, &map, &nearest)).collect()
     }
 
-    /// What the picture shows, some of its pixels.
+    /// Surfaces at some of the picture's pixels.
     pub(in crate::view) fn hits(&self) -> impl Iterator<Item = &Nearest> {
         self.seen.hits()
     }
@@ -93,8 +93,8 @@ impl<'a> Picture<'a> {
         Some(receiver.seen)
     }
 
-    /// A surface that the picture shows, as a light's view sees it; `None` if the light hardly does.
-    pub(in crate::view) fn receiver(&self, hit: &Nearest, base: &View) -> Option<Receiver> {
+    /// A surface of the picture, seen from a light; `None` if the light is nearly in its plane.
+    pub(in crate::view) fn receiver(&self, hit: &Nearest, base: &View) -> Option<ShownSurface> {
         let is_wide = base.projection == Projection::Perspective;
         let view_from_world = base.view_from_world.as_dmat4();
         let in_light = view_from_world.transform_point3(hit.point);
@@ -109,7 +109,7 @@ impl<'a> Picture<'a> {
         if normal.dot(toward) < MIN_COSINE {
             return None;
         }
-        // From the light's plane through the surface to the picture.
+        // From the light's plane, through the surface, to the picture.
         let tangent = normal.any_orthonormal_vector();
         let tangents = [tangent, normal.cross(tangent)];
         let of_light = |way: DVec3| {
@@ -132,7 +132,7 @@ impl<'a> Picture<'a> {
         let stretch = ((sum + (sum * sum - 4.0 * area * area).max(0.0).sqrt()) * 0.5).sqrt();
         let place = in_light.truncate() / spread;
         let seen = Seen { place, texel: FINENESS / stretch };
-        (stretch.is_finite() && stretch > 0.0 && place.is_finite()).then_some(Receiver {
+        (stretch.is_finite() && stretch > 0.0 && place.is_finite()).then_some(ShownSurface {
             normal,
             spread,
             seen,

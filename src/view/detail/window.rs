@@ -1,4 +1,4 @@
-//! Windows that may be made, around places that need fine texels.
+//! Candidates for windows, around places that need fine texels.
 use super::{LARGEST, Seen};
 use crate::{
     model::{Light, LightKind, Scene, View},
@@ -11,13 +11,14 @@ use glam::{DVec2, Mat4, UVec2};
 
 /// Share of a window's half edge over which it fades.
 pub(super) const FADE: f32 = 0.05;
-/// Least places that a window is made for.
+/// Least number of places for a window.
 const LEAST: usize = 6;
-/// How often places are halved, to try windows of their own around the halves.
+/// Number of times that places are halved, to try windows around the halves.
 const HALVINGS: u32 = 3;
-/// Places to one that is left coarser than it needs.
+/// Number of places among which one may stay coarser than it needs.
 const FEW: usize = 32;
-/// Steps of an octave in which windows and their texels grow: one that is made anew for each frame changes seldom.
+/// Steps per octave by which windows and their texels grow: few, so that a window made for each frame seldom
+/// changes.
 const STEPS: [f64; 2] = [4.0, 16.0];
 
 /// A square on the light's plane, in the unit of [`Seen::place`].
@@ -29,8 +30,8 @@ pub(super) struct Window {
     pub(super) size: u32,
 }
 
-/// Windows around all places that need texels as fine as some limit, by half octaves of it, and around parts of them.
-/// `seen`: in order of what they need.
+/// Windows around all places that need texels finer than a limit, for limits half an octave apart, and around
+/// parts of them. `seen`: in order of the texel that they need.
 pub(super) fn wishes(seen: &[Seen], largest: u32, coarsest: f64) -> Vec<Window> {
     let limits = (0..).map(|i| coarsest * (-0.5 * f64::from(i)).exp2());
     let counts = limits.map(|limit| seen.partition_point(|seen| seen.texel < limit));
@@ -39,7 +40,7 @@ pub(super) fn wishes(seen: &[Seen], largest: u32, coarsest: f64) -> Vec<Window> 
     parts.filter_map(|part| Window::around(&part, largest, coarsest)).collect()
 }
 
-/// Places together, and those of the halves of their box, of the halves' halves, and so on.
+/// The places together, in each half of their box, in the halves' halves, and so on.
 fn in_parts(seen: Vec<Seen>, halvings: u32) -> Vec<Vec<Seen>> {
     if halvings == 0 || seen.len() < 2 * LEAST {
         return vec![seen];
@@ -56,7 +57,7 @@ fn in_parts(seen: Vec<Seen>, halvings: u32) -> Vec<Vec<Seen>> {
     parts
 }
 
-/// Of the box around places.
+/// Corners of the box around places.
 fn corners(seen: &[Seen]) -> [DVec2; 2] {
     let low = seen.iter().fold(DVec2::INFINITY, |low, seen| low.min(seen.place));
     [low, seen.iter().fold(DVec2::NEG_INFINITY, |high, seen| high.max(seen.place))]
@@ -68,8 +69,8 @@ fn inner(size: u32) -> f64 {
 }
 
 impl Window {
-    /// The window around places of `seen`, which are in order of what they need, of as few texels as they need; `None` if
-    /// they are no finer than `coarsest`.
+    /// The window around the places `seen`, in order of the texel that they need, of as few texels as
+    /// suffice; `None` if its texels are no finer than `coarsest`.
     fn around(seen: &[Seen], largest: u32, coarsest: f64) -> Option<Self> {
         let [low, high] = corners(seen);
         let needed = seen[seen.len() / FEW].texel;
@@ -81,7 +82,7 @@ impl Window {
         (texel < coarsest).then_some(Self { low, high, texel, size })
     }
 
-    /// Share of the texels of the largest window.
+    /// Share of the largest window's texels.
     pub(super) fn area(&self) -> f64 {
         (f64::from(self.size) / f64::from(LARGEST)).powi(2)
     }

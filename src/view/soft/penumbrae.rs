@@ -1,11 +1,12 @@
-//! Penumbrae of a light with a size, by a small map of the triangles that its middle sees, a few behind each other.
+//! Penumbrae of a light with a size, from a small map of the triangles that its middle sees, a few layers
+//! deep.
 //!
-//! From places that may be in a penumbra rays go to points of the light, through the map. What stops them at the first
-//! opaque layer is what shadow maps hold, too; what stops or tints them behind it, they do not.
+//! From places that may be in a penumbra, rays go through the map to points of the light. Occluders in the
+//! first opaque layer are in shadow maps, too; occluders and filters behind it are not.
 use crate::{
     model::{Light, Material, Projection, Scene, Source, Transfer, View},
     view::{
-        detail::Picture,
+        detail::ShownPicture,
         raster::{Layer, Layers, Nearest, Raster},
     },
 };
@@ -15,39 +16,40 @@ use glam::{DVec2, DVec3, IVec2, UVec2, Vec3};
 const MAP: u32 = 512;
 /// Points of the light.
 const POINTS: u32 = 16;
-/// Share of the light that a point of it stands for.
+/// Share of the light that one of its points represents.
 pub(super) const ONE_POINT: f64 = 1.0 / POINTS as f64;
 /// Most steps of a ray.
 const STEPS: u32 = 48;
-/// Places of a view that are asked, about.
+/// Approximate number of places of a view that are sampled.
 const ASKED: usize = 24_000;
-/// Penumbrae that are enough to know how wide they are.
+/// Number of penumbrae that suffice to know their widths.
 const ENOUGH: usize = 200;
-/// Texels that a penumbra must have.
+/// Texels across a penumbra.
 const TEXELS: f64 = 3.0;
 
 /// A place that a part of a light reaches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Penumbra {
-    /// Texels of the edge of the light's map by which the penumbra has enough, or texels are no wider than a pixel.
+    /// Edge of the light's map that gives the penumbra enough texels, or texels no wider than a pixel
+    /// \[texels\].
     pub(super) texels: f64,
-    /// Light of the points behind something that the light's middle does not see, as far as it differs from that of the points
-    /// that it sees: a share of the light.
+    /// Difference between the light of the points behind hidden occluders and that of the points that the
+    /// light's middle sees, as a share of the light.
     pub(super) hidden: f64,
 }
 
-/// What was looked at.
+/// Result over the sampled places.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct SeenPenumbrae {
     /// Number of places.
     pub(super) places: usize,
-    /// How many of them are in penumbrae.
+    /// Number of these places in penumbrae.
     pub(super) count: usize,
-    /// Those, or where they are few, others that are.
+    /// Their penumbrae or, where they are few, further ones.
     pub(super) penumbrae: Vec<Penumbra>,
 }
 
-impl Seen {
+impl SeenPenumbrae {
     pub(super) fn add(&mut self, other: Self) {
         self.places += other.places;
         self.count += other.count;
@@ -59,45 +61,45 @@ impl Seen {
 struct Place {
     point: DVec3,
     normal: DVec3,
-    /// Widest texel there that is narrow enough by itself, on the light's plane; 0 where that is not known.
+    /// Widest texel there that is narrow enough for the picture, on the light's plane; 0 if unknown.
     texel: f64,
 }
 
-/// The light's view, small.
-struct Map<'a> {
+/// Small map of the light's view.
+struct SmallView<'a> {
     scene: &'a Scene,
     view: &'a View,
     raster: Raster,
     layers: Vec<Layers>,
-    /// Points of the light, along x and down in the view \[m\]; of a sun, slopes.
+    /// Points of the light, along x and down in the view \[m\]; for a sun, slopes.
     points: Vec<DVec2>,
-    /// Half of the light's narrower side, likewise.
+    /// Half of the light's narrower side, in the same unit.
     half: f64,
     is_opaque: Vec<bool>,
-    /// What materials that are not opaque let through.
+    /// Transmittance of materials that are not opaque.
     passed: Vec<DVec3>,
 }
 
-/// What is between two depths of a texel, on the way to a point of the light.
+/// Occluders between two depths of a texel, on the way to a point of the light.
 struct Met {
-    /// Depths \[m\] of what stops light and the light's middle sees, and of what it does not see.
+    /// Depths \[m\] of an occluder that the light's middle sees, and of a hidden one.
     depths: [Option<f64>; 2],
-    /// Light that filters let through.
+    /// Transmittance of the filters.
     passed: DVec3,
-    /// Whether something that the middle does not see stops light.
+    /// Whether a hidden occluder is opaque.
     is_dark: bool,
 }
 
-/// Penumbrae in a `view` from the middle of a `light`: of places that the picture shows or, without one, of all that the
-/// light may reach.
+/// Penumbrae in a `view` from the middle of a `light`, at places of the picture or, without a picture, at all
+/// places that the light may reach.
 pub(super) fn penumbrae(
     scene: &Scene,
     light: &Light,
     view: &View,
-    picture: Option<&Picture<'_>>,
-) -> Seen {
-    let Some(source) = light.area() else { return Seen::default() };
-    let map = Map::new(scene, view, &source);
+    picture: Option<&ShownPicture<'_>>,
+) -> SeenPenumbrae {
+    let Some(source) = light.area() else { return SeenPenumbrae::default() };
+    let map = SmallView::new(scene, view, &source);
     let nearest = map.layers.iter().map(|layers| f64::from(layers[0].depth));
     let first = nearest.fold(f64::INFINITY, f64::min);
     let places = picture.map_or_else(|| map.places(&|_| true), |picture| map.shown(picture));
@@ -109,10 +111,10 @@ pub(super) fn penumbrae(
     if count < ENOUGH && picture.is_none() {
         penumbrae = of(&map.places(&|at| map.is_edge(at)));
     }
-    Seen { places: places.len(), count, penumbrae }
+    SeenPenumbrae { places: places.len(), count, penumbrae }
 }
 
-impl<'a> Map<'a> {
+impl<'a> SmallView<'a> {
     fn new(scene: &'a Scene, view: &'a View, source: &Source) -> Self {
         let raster = Raster::new(view, UVec2::splat(MAP));
         let casts = |material: &Material| material.casts && material.transfer != Transfer::None;
@@ -153,8 +155,8 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// What the picture shows of it.
-    fn shown(&self, picture: &Picture<'_>) -> Vec<Place> {
+    /// Surfaces of the picture.
+    fn shown(&self, picture: &ShownPicture<'_>) -> Vec<Place> {
         let count = picture.hits().count();
         let place = |hit: &Nearest| {
             let receiver = picture.receiver(hit, self.view)?;
@@ -179,14 +181,14 @@ impl<'a> Map<'a> {
         all.into_iter().step_by(step).map(place).collect()
     }
 
-    /// Whether a texel and those around it see different bodies.
+    /// Whether a texel and its neighbours see different bodies.
     fn is_edge(&self, at: usize) -> bool {
         let edge = MAP as usize;
         let around = [at.wrapping_sub(1), at + 1, at.wrapping_sub(edge), at + edge];
         let depth = |at: usize| self.layers.get(at).map(|layers| f64::from(layers[0].depth));
         let Some(own) = depth(at) else { return false };
         let [left, right, up, down] = around.map(|at| depth(at).unwrap_or(own));
-        // A plane's depths, or their reciprocals, are nearly linear.
+        // The depths of a plane, or their reciprocals, are nearly linear.
         let bend = |a: f64, b: f64| (a - own - (own - b)).abs();
         let texel = f64::from(self.view.size.x) / f64::from(self.view.scale) / f64::from(MAP);
         let spread = if self.view.projection == Projection::Perspective { own } else { 1.0 };
@@ -209,13 +211,13 @@ impl<'a> Map<'a> {
         let spread = if is_wide { depth } else { 1.0 };
         let scale = f64::from(MAP) / f64::from(self.view.size.x) * f64::from(self.view.scale);
         let middle = DVec2::new(in_view.x, -in_view.y) / spread * scale + f64::from(MAP) * 0.5;
-        // How far a point of the light is aside, seen through a depth, for each metre of it.
+        // Offset of the ray to a point of the light at a depth, per metre of the point's offset.
         let farthest = if is_wide { first.recip() - depth.recip() } else { depth - first };
         let through =
             |aside: f64| if is_wide { (depth.recip() + aside).recip() } else { depth - aside };
         let slack = 0.5 * spread / scale;
         let (mut stopped, mut narrowest) = (0u32, f64::INFINITY);
-        // Light of points that the middle sees, and of those behind something that it does not see.
+        // Light of points that the middle sees, and of points behind hidden occluders.
         let (mut seen, mut hidden) = (Vec::new(), Vec::new());
         // First a few points, spread over the light.
         let spread_out = (0..4).flat_map(|start| self.points.iter().skip(start).step_by(4));
@@ -255,7 +257,7 @@ impl<'a> Map<'a> {
         if stopped == POINTS || stopped == 0 && hidden.is_empty() {
             return None;
         }
-        // A look-up takes what is hidden to be as what is seen around it.
+        // A look-up takes hidden light to be like the visible light around it.
         let usual = seen.iter().sum::<DVec3>() / (seen.len() as f64).max(1.0);
         let usual = if seen.is_empty() { DVec3::ONE } else { usual };
         let hidden: f64 = hidden.iter().map(|light| (*light - usual).abs().max_element()).sum();
@@ -289,7 +291,7 @@ impl<'a> Map<'a> {
                 let material = self.scene.triangles[layer.triangle as usize].material;
                 met.passed *= self.passed[material as usize];
             }
-            // Inside of a body.
+            // Inside a body.
             let back =
                 layers.get(number + 1).filter(|back| stops && layer.is_front && !back.is_front);
             if let Some(back) = back.map(|back| f64::from(back.depth)).filter(|&back| back >= low)

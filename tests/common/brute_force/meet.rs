@@ -1,4 +1,4 @@
-//! What rays meet: a caster of each kind.
+//! Intersections of rays with casters of each kind.
 use super::*;
 
 fn optics(material: &Material, alpha: f64, color: DVec3, depth: f64) -> Hit {
@@ -16,7 +16,7 @@ fn optics(material: &Material, alpha: f64, color: DVec3, depth: f64) -> Hit {
     Hit { light, added, opacity: a, presence: presence(material, a, light), depth, reach: 0.0 }
 }
 
-/// A hit, or what blocks the light where its opacity and a pattern say so.
+/// A hit, or a blocker of the light if its opacity and a pattern make it one.
 fn met(material: &Material, hit: Hit) -> Met {
     let [nothing, solid] = match material.transfer {
         Transfer::Cutout => {
@@ -32,13 +32,13 @@ fn met(material: &Material, hit: Hit) -> Met {
     }
 }
 
-/// What sets the nearest depth.
+/// Strength by which a hit sets the nearest depth.
 fn presence(material: &Material, opacity: f64, light: DVec3) -> f64 {
     let changes = matches!(material.transfer, Transfer::Stain | Transfer::Gain);
     opacity.max(if changes { (DVec3::ONE - light).abs().max_element() } else { 0.0 })
 }
 
-/// The hit of a caster that is smaller than a texel: it does less by the ratio of the areas.
+/// The hit of a caster smaller than a texel: its effect is reduced by the ratio of the areas.
 fn thinned(material: &Material, hit: Hit, thin: f64) -> Hit {
     let light = DVec3::ONE - thin * (DVec3::ONE - hit.light);
     let (added, opacity) = (hit.added * thin, hit.opacity * thin);
@@ -64,7 +64,7 @@ pub(super) fn meet_particle(
         let whole = thinned(material, whole, thin);
         return meet_puff(eye, ray, (center, radius), material, whole, opaque_depth);
     }
-    // A lamp in the centre is in every plane through it: rays leave it there.
+    // A lamp in the centre is in all planes through it: rays leave it there.
     let n = if eye.parallel { eye.forward } else { (center - eye.position).normalize_or_zero() };
     let slope = n.dot(ray.way);
     let t = n.dot(center - ray.start) / slope;
@@ -72,7 +72,7 @@ pub(super) fn meet_particle(
         return Met::Nothing;
     }
     let q = (ray.start + ray.way * t - center) / radius;
-    // Far beyond the corners of a quad.
+    // Far outside a quad's corners.
     if q.length_squared() > 9.0 {
         return Met::Nothing;
     }
@@ -118,7 +118,7 @@ pub(super) fn meet_gaussian(
     let hit = optics(material, met.alpha, color, eye.depth(met.t));
     let mut hit = thinned(material, hit, met.thin);
     if met.deviation > 0.0 {
-        // It absorbs wherever the ray is; it is met within its extent, in front of the ray's end.
+        // It absorbs all along the ray; its depth is within its extent, in front of the ray's end.
         hit.reach = 4.0 * met.deviation / (eye.far - eye.near);
         hit.depth = hit.depth.clamp(0.0, opaque_depth - 2.0 * DEPTH_MARGIN);
     } else if hit.depth.abs() < DEPTH_MARGIN || (hit.depth - 1.0).abs() < DEPTH_MARGIN {
@@ -151,7 +151,7 @@ pub(super) fn meet_strand(
         let of_diameter = optics(material, color.w, color.truncate(), 0.0);
         let light = of_diameter.light.map(|passed| way.passed(passed));
         let opacity = 1.0 - way.passed(1.0 - of_diameter.opacity);
-        // From the near plane on, where the light is inside.
+        // From the near plane on if the light is inside.
         let depth = eye.depth(way.enters).max(0.0);
         if way.miss < EDGE_OF_STRAND * eye.texel_size(ray.start + ray.way * way.enters)
             || (opacity - 1.0 / 255.0).abs() < OPACITY_OF_STRAND
@@ -169,7 +169,7 @@ pub(super) fn meet_strand(
     }
 }
 
-/// `whole`: along a whole diameter.
+/// `whole`: transfer of a whole diameter.
 fn meet_puff(
     eye: &Eye,
     ray: &Ray,
@@ -223,7 +223,7 @@ pub(super) fn meet_brick(
     }
     let Some(inside) = along.integral(grid, brick, [from, to]) else { return Met::Nothing };
     let tau = f64::from(grid.factor) * inside.integral * f64s(grid.extinction);
-    // Rounding decides whether a cell with hardly any density has some.
+    // Rounding decides whether a cell with hardly any density counts.
     let [begins, surely] = [inside.begins, inside.begins_surely].map(|way| eye.depth(way));
     let sooner = inside.sooner / (eye.far - eye.near);
     let opacity = 1.0 - (-tau.max_element()).exp();
@@ -283,7 +283,7 @@ fn sample(scene: &Scene, material: &Material, uv: DVec2) -> DVec4 {
             by_alpha += texel.truncate() * texel_of(texture, x as i64, y as i64).w;
         }
     }
-    // Where a transfer shows the colour of what is clear, all count alike.
+    // If a transfer shows the colour of transparent texels, all count alike.
     match material.transfer {
         Transfer::Stain | Transfer::Gain | Transfer::Opaque => plain,
         _ if plain.w == 0.0 => plain,

@@ -1,4 +1,4 @@
-//! Scenes with something hidden.
+//! Scenes with hidden casters.
 use super::{ground, square};
 use crate::common::scenes::{Chance, empty, light, material, particle, triangle};
 use gobo::{

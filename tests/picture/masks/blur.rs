@@ -1,4 +1,4 @@
-//! The blur of masks, by its formula in 64 bits, and what it must not do.
+//! The blur of masks, against its formula in 64 bits, and its limits.
 use super::{OFF, apart, masks_of, room, sheet};
 use crate::common::scenes::light;
 use gobo::{
@@ -108,7 +108,7 @@ fn blurs_are_those_of_64_bits() {
     }
 }
 
-/// A lit pole, a pixel or two wide, in front of a wall in shadow: neither gets the other's light.
+/// A lit pole, a pixel or two wide, in front of a wall in shadow: neither takes the other's light.
 #[test]
 fn a_thin_pole_does_not_glow() {
     let mut scene = room(false);

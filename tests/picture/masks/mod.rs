@@ -1,4 +1,4 @@
-//! Shadow masks: look-up and half size, against the CPU reference and by their meaning.
+//! Shadow masks: look-up and half size, against the CPU reference and against their definition.
 mod blur;
 mod slots;
 
@@ -62,7 +62,7 @@ pub(super) fn room(glass: bool) -> Scene {
     scene
 }
 
-/// The masks, four bytes a pixel, layer by layer, and the light of the picture.
+/// The masks, four bytes per pixel, layer by layer, and the light of the picture.
 fn masks_of(scene: &Scene) -> (Vec<[u8; 4]>, Vec<[f32; 3]>) {
     let options =
         RenderOptions { light: true, debug: &[DebugMode::Masks], ..RenderOptions::default() };
@@ -113,7 +113,7 @@ fn kernels_make_the_masks_of_the_reference() {
     }
 }
 
-/// Unfiltered masks change the picture by the rounding to bytes only; coloured masks survive blur and half
+/// Unfiltered masks change the picture only by the rounding to bytes; coloured masks survive blur and half
 /// size away from edges.
 #[test]
 fn pictures_through_masks_are_those_without() {
@@ -199,14 +199,14 @@ fn ball(center: Vec3, radius: f32, around: u32) -> Vec<Triangle> {
     cells.flat_map(cell).filter(has_area).collect()
 }
 
-/// Masks look up the position of the shading: on the round surface that a coarse mesh approximates.
+/// Masks are looked up at the shading's position: on the round surface that a coarse mesh approximates.
 #[test]
 fn terminators_are_those_of_the_shading() {
     let mut scene = room(false);
     let center = Vec3::new(0.2, 0.7, 1.0);
     scene.triangles.extend(ball(center, 0.7, 10));
     let direction = Vec3::new(-0.9, -0.3, -0.3).normalize();
-    // So narrow that its texels are far smaller than the distance of a facet from the round surface.
+    // So narrow that its texels are far smaller than a facet's distance from the round surface.
     let kind = LightKind::Spot { position: center - 6.0 * direction, direction, angle: 0.3 };
     scene.lights = vec![Light { size: Some(1024), intensity: 60.0, ..light(kind) }];
     let (_, plain) = masks_of(&scene);

@@ -1,4 +1,4 @@
-//! Slots of masks: which lights share one, and which light keeps its own.
+//! Slots of masks: lights that share one, and lights that keep their own.
 use super::{OFF, masks_of, room};
 use crate::common::{
     TIERS, gpu,

@@ -15,7 +15,7 @@ use gobo_scene::Scene;
 
 #[test]
 fn every_word_of_the_lists_is_written_and_no_other() {
-    // Two words of bits a cluster, the second not full; with room, and without.
+    // Two words of bits per cluster, the second not full; with room, and without.
     let mut scene = stage(43);
     scene.clusters.tile = 32;
     let needed = cpu(&scene).counters.needed;
@@ -66,7 +66,7 @@ fn every_word_of_the_lists_is_written_and_no_other() {
         run_all(&gpu, tier, &none, &resources, &later);
         let starts: Vec<u32> = gpu.read(&offsets);
         let words: Vec<u32> = gpu.read_texture(&clusters);
-        // What the headers and lists should be: the lists follow each other.
+        // Expected headers and lists: the lists follow each other.
         let mut all = vec![POISON; words.len()];
         let mut next = 2 * count;
         for (i, list) in expected.lists.iter().enumerate() {
@@ -87,7 +87,7 @@ fn every_word_of_the_lists_is_written_and_no_other() {
     }
 }
 
-/// The list of each cluster, whatever the budget.
+/// The list of each cluster, with an unlimited budget.
 fn assign_all(scene: &Scene) -> Vec<Vec<u32>> {
     let mut scene = scene.clone();
     scene.clusters.budget = 1 << 20;

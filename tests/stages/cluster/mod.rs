@@ -1,4 +1,5 @@
-//! Light clusters: kernels against the CPU reference, and the picture against the one that evaluates all lights.
+//! Light clusters: kernels against the CPU reference, and the picture against the one that evaluates all
+//! lights.
 mod alone;
 mod reach;
 
@@ -12,7 +13,7 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::{Gpu, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
-    records::{ClusterCounters, Grid, Picture, Reach},
+    records::{ClusterCounters, ClusterGrid, Picture, Reach},
     view::shadow_views,
 };
 use gobo_picture::picture::{PictureCapacity, PictureRequest, PreparedPicture};
@@ -85,8 +86,8 @@ fn camera(scene: &Scene) -> View {
     View::from_camera(&scene.camera, &scene.bounds())
 }
 
-fn grid(scene: &Scene) -> Grid {
-    Grid::new(&scene.clusters, &camera(scene), scene.lights.len())
+fn grid(scene: &Scene) -> ClusterGrid {
+    ClusterGrid::new(&scene.clusters, &camera(scene), scene.lights.len())
 }
 
 fn reaches(scene: &Scene) -> Vec<Reach> {
@@ -99,7 +100,7 @@ fn cpu(scene: &Scene) -> Clusters {
     assign(&grid, &reaches(scene), grid.capacity(&scene.clusters, scene.lights.len()))
 }
 
-/// Lights of every kind, with and without an end, around the origin; none has a shadow.
+/// Lights of all kinds, with and without an end, around the origin; none has a shadow.
 fn lights(count: usize, chance: &mut Chance) -> Vec<Light> {
     let lights = (0..count).map(|i| {
         let position = chance.vec3(-4.0, 4.0);
@@ -126,7 +127,7 @@ fn square(middle: Vec3, x: Vec3, y: Vec3, material: u32) -> [Triangle; 2] {
     [[a, b, c], [a, c, d]].map(|corners| Triangle { normals, ..triangle(corners, material) })
 }
 
-/// A floor, a pane and particles, some of them beside the picture; a few lights cast shadows.
+/// A floor, a pane and particles, some of them outside the picture; a few lights cast shadows.
 fn stage(light_count: usize) -> Scene {
     let tinted =
         |transfer, tint: [f32; 4]| Material { tint: Vec4::from_array(tint), ..material(transfer) };
@@ -215,7 +216,7 @@ fn clusters_that_do_not_fit_ask_all_lights() {
     }
 }
 
-/// Costs of a picture without panes: each pixel off the sky evaluates the list of its cluster, or all
+/// Costs of a picture without panes: each pixel outside the sky evaluates the list of its cluster, or all
 /// lights.
 #[test]
 fn costs_are_what_pixels_ask() {
@@ -239,13 +240,13 @@ fn costs_are_what_pixels_ask() {
             lit += u32::from(lights > 0);
             walked += u32::from(pairs > 5);
         }
-        // Fewer the smaller the block that a subgroup culls for: 5,392 of whole tiles, 760 of
+        // The smaller the block that a subgroup culls for, the fewer: 5,392 with whole tiles, 760 with
         // subgroups of 8, 176 of 4.
         assert!(lit > 1000 && walked > 100, "{tier:?}: {lit}, {walked}");
     }
 }
 
-/// The light of a spot or a point fades out towards its range, and is zero beyond.
+/// The light of a spot or a point fades towards its range, and is zero beyond.
 #[test]
 fn light_ends_without_a_step() {
     let mut scene = empty(vec![Material { tint: Vec4::ONE, ..material(Transfer::Opaque) }]);
@@ -321,7 +322,7 @@ fn grids_are_bounded() {
     ] {
         scene.camera.size = size;
         (scene.clusters.tile, scene.clusters.slices) = (tile, slices);
-        let grid = Grid::new(&scene.clusters, &camera(&scene), lights);
+        let grid = ClusterGrid::new(&scene.clusters, &camera(&scene), lights);
         let params = grid.params(&scene.clusters, lights);
         assert!(params.cluster_count >= 1 && params.cluster_count * params.word_count <= 1 << 21);
         assert!(params.capacity <= scene.clusters.budget);

@@ -23,8 +23,8 @@ fn is_lit(light: &Light, point: DVec3) -> bool {
         })
 }
 
-/// Over points in the frustum: pairs (light, point) that shine, those of them that the lists miss, and the
-/// mean length of the lists.
+/// Over points in the frustum: number of pairs (light, point) that shine, number of those that the lists
+/// miss, and mean length of the lists.
 fn missed(scene: &Scene, reaches: &[Reach]) -> (u32, u32, f64) {
     let (camera, grid) = (camera(scene), grid(scene));
     let clusters = assign(&grid, reaches, u32::MAX);
@@ -65,7 +65,7 @@ fn no_light_is_missed() {
         let (shining, missed, mean) = missed(&scene, &reaches(&scene));
         assert!(shining > 10_000, "{shining}");
         assert_eq!(missed, 0, "of {shining}, seen from {eye}");
-        // Lists are worth it: of 200 lights, 50 have no end and 25 of those no direction.
+        // Lists are worthwhile: of 200 lights, 50 have no end and 25 of those no direction.
         assert!(mean < 80.0, "{mean} lights a point");
     }
 }

@@ -5,12 +5,12 @@ use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Keys that name a case; a row may lack some.
+/// Keys that identify a case; a row may lack some.
 const CASE: [&str; 8] =
     ["shape", "casters", "footprint", "opacity", "layout", "lights", "size", "scene"];
-/// Keys of a file whose values must be the same.
+/// Keys of a file whose values must agree.
 const COMMON: [&str; 2] = ["casters", "nodes"];
-/// Keys of a file whose other values are warned of: times of two machines say little.
+/// Keys of a file with a warning if they differ: times of two machines cannot be compared.
 const MACHINE: [&str; 3] = ["adapter", "driver", "clock"];
 const HELP: &str = "name a file that gobo bench --json has written";
 
@@ -33,14 +33,14 @@ impl Earlier {
         Ok(Self { path: path.to_owned(), file })
     }
 
-    /// Prints the ratio of each case and, where both have them, of its kernels or else stages. Fails if no case is in both,
-    /// or one takes more than `limit` times what it took.
+    /// Prints the ratio of times for each case, and for its kernels or else stages if both have them. Fails
+    /// if no case is in both, or one takes more than `limit` times as long as before.
     pub(super) fn compare<R: Serialize>(
         &self,
         report: &Report<R>,
         limit: f64,
     ) -> Result<(), Failure> {
-        // Through text, as the file was: a 32-bit .02 is another number in 64 bits.
+        // Through text, like the file: a 32-bit .02 is another number in 64 bits.
         let now: Value = serde_json::from_str(&report.json()).expect("it is JSON");
         for key in COMMON {
             if now[key] != self.file[key] {

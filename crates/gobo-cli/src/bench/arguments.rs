@@ -18,10 +18,23 @@ pub(crate) struct BenchArguments {
     #[arg(long, default_value = "disc", conflicts_with = "occlude")]
     pub(super) shape: ShapeName,
     /// The splats of a file instead, scaled to fill the map
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["shape", "occlude", "casters", "footprint", "opacity", "cases", "layout"])]
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = [
+            "shape", "occlude", "casters", "footprint", "opacity", "cases", "layout",
+        ]
+    )]
     pub(super) splats: Option<PathBuf>,
     /// The maps of a scene's first frame instead, with its own settings
-    #[arg(long, value_name = "SCENE", conflicts_with_all = ["casters", "footprint", "opacity", "shape", "splats", "cases", "layout", "lights", "size", "vs", "occlude", "stage", "receiver", "nodes", "html"])]
+    #[arg(
+        long,
+        value_name = "SCENE",
+        conflicts_with_all = [
+            "casters", "footprint", "opacity", "shape", "splats", "cases", "layout", "lights",
+            "size", "vs", "occlude", "stage", "receiver", "nodes", "html",
+        ]
+    )]
     pub(super) scene: Option<PathBuf>,
     /// Replace a value of that scene file: light.sun.size=512
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value, requires = "scene")]
@@ -51,11 +64,17 @@ pub(crate) struct BenchArguments {
     /// 4 and 12 texels wide where --footprint is not given
     #[arg(long, conflicts_with_all = ["opacity", "layout", "lights"])]
     pub(super) occlude: bool,
-    /// Shadow masks of pictures at 1280 x 720 and 1920 x 1080 instead, beside PCF of 5 x 5 in shading; of 1, 4,
-    /// 16 and 64 lights where --lights is not given
-    #[arg(long, conflicts_with_all = ["vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size", "receiver", "pair_budget", "html", "shape", "splats"])]
+    /// Shadow masks of pictures at 1280 x 720 and 1920 x 1080 instead, beside PCF of 5 x 5 in shading; of 1,
+    /// 4, 16 and 64 lights where --lights is not given
+    #[arg(
+        long,
+        conflicts_with_all = [
+            "vs", "occlude", "casters", "footprint", "opacity", "cases", "layout", "size",
+            "receiver", "pair_budget", "html", "shape", "splats",
+        ]
+    )]
     pub(super) stage: Option<StageName>,
-    /// What the maps hold: nearest depth and filter, or curves as well
+    /// Contents of the maps: nearest depth and filter, or curves as well
     #[arg(long, default_value = "nearest", conflicts_with_all = ["vs", "occlude"])]
     pub(super) receiver: ReceiverName,
     /// Nodes of a curve: 4, 8 or 16
@@ -70,10 +89,12 @@ pub(crate) struct BenchArguments {
     /// Time each kernel too, in a frame whose every dispatch is a pass of its own
     #[arg(long, conflicts_with = "stage")]
     pub(super) kernels: bool,
-    /// Measure each choice that the profile of the adapter leaves open beside the profile's own, and print what it should say
+    /// Measure each choice that the profile of the adapter leaves open beside the profile's own, and print
+    /// what it should say
     #[arg(long, conflicts_with_all = ["vs", "occlude", "stage", "scene", "splats", "kernels", "against", "html"])]
     pub(super) tune: bool,
-    /// Compare with the results of an earlier `--json`, case by case, and fail where one is slower than `--limit` allows
+    /// Compare with the results of an earlier `--json`, case by case, and fail where one is slower than
+    /// `--limit` allows
     #[arg(long, value_name = "FILE", conflicts_with = "stage")]
     pub(super) against: Option<PathBuf>,
     /// Most that a case's median time may be of the earlier one
@@ -148,7 +169,7 @@ impl Layout {
 }
 
 impl ShapeName {
-    /// What its casters are called.
+    /// Name of its casters in the plural.
     pub(super) fn plural(self) -> &'static str {
         match self {
             Self::Disc => "discs",
@@ -157,7 +178,7 @@ impl ShapeName {
     }
 }
 
-/// Most casters of a list.
+/// Most casters in a list.
 pub(super) const MAX_LIST: u32 = 1 << 24;
 
 /// Parses `500`, `10k`, `1.5m`, `1g`.

@@ -27,6 +27,22 @@ pub(super) struct Case {
     pub(super) size: u32,
 }
 
+/// The discs of a case and its view, for measurements of their maps: of the default material, `footprint` \[texels\] wide in
+/// the mean, spread over a map of 1024 x 1024 texels.
+#[doc(hidden)]
+pub fn bench_discs(casters: u32, footprint: f32) -> (Vec<Particle>, View) {
+    let case = Case {
+        shape: ShapeName::Disc,
+        casters,
+        footprint,
+        opacity: 0.02,
+        layout: Layout::Spread,
+        lights: 1,
+        size: 1024,
+    };
+    (case.particles(0..casters), case.views().swap_remove(0))
+}
+
 /// Every combination of the arguments.
 pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     let usual: &[f32] = if arguments.occlude { &[1.5, 4.0, 12.0] } else { &[6.0, 16.0] };
@@ -57,10 +73,10 @@ pub(super) fn cases(arguments: &BenchArguments) -> Vec<Case> {
     cases
 }
 
-/// Share of a file's splats whose centres are within the map, along each axis.
+/// Share of a file's splats whose centres are inside the map, along each axis.
 const WITHIN: f64 = 0.98;
 
-/// Cases of a file's splats, which are moved and scaled until most of them are in the cube.
+/// Cases of a file's splats, moved and scaled until most of them are in the cube.
 pub(super) fn cases_of_file(arguments: &BenchArguments, splats: &mut [Gaussian]) -> Vec<Case> {
     let middle_and_size = |axis: usize, splats: &[Gaussian]| {
         let mut places: Vec<f32> = splats.iter().map(|splat| splat.center[axis]).collect();
@@ -109,7 +125,7 @@ pub(super) fn casters_of<'a>(inputs: &'a Inputs, materials: &'a [Material]) -> C
 }
 
 impl Case {
-    /// Casters of the case's own making.
+    /// The case's generated casters.
     pub(super) fn inputs(&self) -> Inputs {
         match self.shape {
             ShapeName::Disc => Inputs::Discs(self.particles(0..self.casters)),
@@ -117,7 +133,7 @@ impl Case {
         }
     }
 
-    /// Splats in the places of the discs.
+    /// Splats at the positions of the discs.
     fn splats(&self) -> Vec<Gaussian> {
         let mut chance = Chance::new(9);
         let one = |disc: Particle| {
@@ -139,7 +155,7 @@ impl Case {
         self.particles(0..self.casters).into_iter().map(one).collect()
     }
 
-    /// Particles of these numbers, of the default material: soft discs with the `filter` transfer.
+    /// Particles with these numbers, of the default material: soft discs with the `filter` transfer.
     pub(super) fn particles(&self, numbers: Range<u32>) -> Vec<Particle> {
         /// Random numbers of a particle.
         const DRAWS: u64 = 7;
@@ -184,7 +200,7 @@ impl Case {
         (0..self.casters).map(one).collect()
     }
 
-    /// The default one of the shape, with the `filter` transfer.
+    /// The default material of the shape, with the `filter` transfer.
     pub(super) fn material(&self) -> Material {
         let shape = match self.shape {
             ShapeName::Disc => Shape::Disc,
@@ -193,8 +209,8 @@ impl Case {
         Material { shape, ..Material::default() }
     }
 
-    /// Views along the axes of the cube in turn; along the first one only if the casters are in one tile,
-    /// which they are not in other views.
+    /// Views along the axes of the cube in turn; along the first axis only if the casters are in one tile, as
+    /// they are spread over several in other views.
     pub(super) fn views(&self) -> Vec<View> {
         const DIRECTIONS: [Vec3; 6] =
             [Vec3::NEG_Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::Z, Vec3::X, Vec3::Y];
@@ -212,7 +228,7 @@ impl Case {
                 size: UVec2::splat(self.size),
                 near: 0.0,
                 far: 2.1,
-                // The cube from 0.05 m behind the near plane.
+                // The cube begins 0.05 m behind the near plane.
                 view_from_world: Mat4::from_translation(Vec3::new(0.0, 0.0, -1.05))
                     * Mat4::from_mat3(axes),
                 scale: self.size as f32 * 0.5,

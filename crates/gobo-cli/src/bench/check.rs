@@ -8,11 +8,11 @@ use gobo_scene::generate::Chance;
 
 /// Samples of each kind: texels anywhere in the map, and under a caster's centre.
 const SAMPLES: usize = 100;
-/// Rounding of fp16 in F, fp16 opacities, and the dark end that is written as 0.
+/// Rounding of fp16 in F, of fp16 opacities, and of the dark end that is written as 0.
 const FILTER_TOLERANCE: f64 = 2e-3;
 const DEPTH_TOLERANCE: f64 = 1e-5;
 const DARK: f64 = 1.0 / 1024.0;
-/// Least opacity of a hit that sets D, and the margin within which rounding decides.
+/// Least opacity of a hit that sets D, and the margin in which rounding decides.
 const SEEN: f64 = 1.0 / 255.0;
 const SEEN_MARGIN: f64 = 1e-5;
 
@@ -25,7 +25,7 @@ struct Sample {
 }
 
 impl Sample {
-    /// A hit of opacity `a` at a light depth.
+    /// Adds a hit of opacity `a` at a light depth.
     fn meet(&mut self, a: f64, color: Vec3, depth: f64) {
         for (filter, c) in self.filter.iter_mut().zip(color.to_array()) {
             *filter *= 1.0 - a * (1.0 - f64::from(c));
@@ -38,7 +38,7 @@ impl Sample {
     }
 }
 
-/// Where a disc's centre is in the map [texels], and its light depth.
+/// Position of a disc's centre in the map [texels], and its light depth.
 fn center(particle: &Particle, view: &View) -> (DVec2, f64) {
     let p = view.view_from_world.as_dmat4().transform_point3(particle.center.as_dvec3());
     let texel = DVec2::new(p.x, -p.y) * f64::from(view.scale) + view.size.as_dvec2() * 0.5;
@@ -92,7 +92,7 @@ pub(super) fn check(map: &Map, inputs: &Inputs, view: &View) -> Result<(), Strin
     Ok(())
 }
 
-/// Samples in `low..=high` along x, of those that are sorted along it.
+/// Samples within `low..=high` along x; `samples` are sorted along it.
 fn between(samples: &mut [Sample], low: f64, high: f64) -> impl Iterator<Item = &mut Sample> {
     let first = samples.partition_point(|sample| f64::from(sample.x) + 0.5 < low);
     samples[first..].iter_mut().take_while(move |sample| f64::from(sample.x) + 0.5 <= high)
@@ -114,7 +114,7 @@ fn meet_disc(samples: &mut [Sample], particle: &Particle, view: &View) {
     }
 }
 
-/// Where a splat's alpha is below 2e-8 [deviations].
+/// Distance beyond which a splat's alpha is below 2e-8 [deviations].
 const FARTHEST: f64 = 6.0;
 
 fn meet_splat(samples: &mut [Sample], gaussian: &Gaussian, view: &View) {

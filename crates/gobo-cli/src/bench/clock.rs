@@ -1,4 +1,4 @@
-//! Time of one frame [ms]: by GPU timestamps, or by the wall clock where these mean nothing.
+//! Time of one frame [ms]: by GPU timestamps, or by the wall clock where these are meaningless.
 use crate::failure::Failure;
 use gobo::{
     Error,

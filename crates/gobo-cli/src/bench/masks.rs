@@ -10,16 +10,16 @@ use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene::Scene;
 use serde::Serialize;
 
-/// [pixels]
+/// Sizes of the pictures [pixels].
 const SIZES: [UVec2; 2] = [UVec2::new(1280, 720), UVec2::new(1920, 1080)];
 const LIGHTS: [u32; 4] = [1, 4, 16, 64];
 const TAPS: u32 = 11;
 /// Half the edge of the ground [m].
 const HALF: f32 = 8.0;
 
-/// Time of the shadows in a picture [ms]: less the same picture whose lights have no shadow.
+/// Time of a picture's shadows [ms]: the difference to the same picture without shadows.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Row {
+struct MaskRow {
     width: u32,
     height: u32,
     lights: u32,
@@ -27,7 +27,7 @@ struct Row {
     base_ms: f64,
     /// PCF of 5 x 5 bilinear taps in shading.
     pcf_ms: f64,
-    /// Masks of the picture's size, 2 x 2 and a blur of 11 taps.
+    /// Masks at the picture's size, with 2 x 2 taps and a blur of 11 taps.
     full_ms: f64,
     /// Time with masks of half the size.
     half_ms: f64,
@@ -57,8 +57,8 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn line(row: &Row) -> String {
-    let Row { width, height, lights, base_ms, pcf_ms, full_ms, half_ms, masks } = *row;
+fn line(row: &MaskRow) -> String {
+    let MaskRow { width, height, lights, base_ms, pcf_ms, full_ms, half_ms, masks } = *row;
     let times = [base_ms, pcf_ms, full_ms, half_ms].map(|ms| format!("{ms:>9.1}")).join(" ");
     let size = format!("{width}x{height}");
     let (full, half) = (pcf_ms / full_ms, pcf_ms / half_ms);
@@ -66,7 +66,12 @@ fn line(row: &Row) -> String {
 }
 
 /// Median over `runs`; the variants are rendered in turns.
-fn measure(renderer: &mut Renderer, runs: u32, size: UVec2, lights: u32) -> Result<Row, Failure> {
+fn measure(
+    renderer: &mut Renderer,
+    runs: u32,
+    size: UVec2,
+    lights: u32,
+) -> Result<MaskRow, Failure> {
     let masks = |half| Some(MaskSettings { half, taps: TAPS, ..MaskSettings::default() });
     let pcf = ShadowFilter::Pcf { taps: 5 };
     let ways = [
@@ -89,7 +94,7 @@ fn measure(renderer: &mut Renderer, runs: u32, size: UVec2, lights: u32) -> Resu
         }
     }
     let [base, pcf, full, half] = times.map(|times| Times::new(times).median);
-    Ok(Row {
+    Ok(MaskRow {
         width: size.x,
         height: size.y,
         lights,
@@ -101,7 +106,7 @@ fn measure(renderer: &mut Renderer, runs: u32, size: UVec2, lights: u32) -> Resu
     })
 }
 
-/// Columns on a ground, under a square grid of lamps: up to four reach all of it, more of them a part each.
+/// Columns on a ground, under a square grid of lamps: up to four reach all of it, more reach a part each.
 fn scene(
     size: UVec2,
     lights: u32,
@@ -156,7 +161,7 @@ fn scene(
     scene
 }
 
-/// Pane of a corner and two edges.
+/// Rectangle with a corner and two edges.
 fn rectangle([corner, right, up]: [Vec3; 3]) -> [Triangle; 2] {
     let (far, normal) = (corner + right + up, right.cross(up).normalize());
     let half =

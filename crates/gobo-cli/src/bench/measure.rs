@@ -1,4 +1,5 @@
-//! Measurement of one case: compute and raster, the maps first, then the times in turns.
+//! Measurement of one case, compute and raster: first the maps are compared, then the times are taken in
+//! turns.
 use super::{
     arguments::{BenchArguments, ReceiverName},
     case::{Case, casters_of},
@@ -32,23 +33,23 @@ pub(super) struct Row {
     pub(super) raster: Option<RasterRow>,
 }
 
-/// Results of the maps.
+/// Times and costs of the maps.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Measured {
     pub(super) runs: u32,
     pub(super) compute_ms: f64,
     pub(super) compute_min: f64,
     pub(super) compute_max: f64,
-    /// Phase of the command since the row before and its time on the wall clock [ms].
+    /// Phases of the command since the last row, and their times on the wall clock [ms].
     #[serde(serialize_with = "as_map")]
     pub(super) milliseconds: Vec<(&'static str, f64)>,
-    /// Stage and its time [ms]; each was waited for, so their sum is more than a frame's.
+    /// Stages and their times [ms]; each was waited for, so their sum exceeds a frame's time.
     #[serde(serialize_with = "as_map")]
     pub(super) stages: Vec<(&'static str, f64)>,
-    /// Each dispatch was waited for or is a pass of its own, so their sum is more than the stages'.
+    /// Each dispatch was waited for or is a pass of its own, so their sum exceeds the stages'.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) kernels: Vec<KernelRow>,
-    /// Buffer or texture and its size [bytes].
+    /// Buffers and textures, and their sizes [bytes].
     #[serde(serialize_with = "as_map")]
     pub(super) bytes: Vec<(&'static str, u64)>,
     pub(super) pairs: u64,
@@ -96,7 +97,7 @@ pub(super) struct Held {
     pub(super) difference_float: Option<Difference>,
 }
 
-/// What both paths render.
+/// Input of both paths.
 struct Scene<'a> {
     case: Case,
     inputs: &'a Inputs,
@@ -108,18 +109,19 @@ pub(super) struct Bench {
     pub(super) clock: Clock,
     pub(super) settings: ShadowSettings,
     pub(super) kernels: bool,
-    /// Of the maps that are measured.
+    /// Settings of the measured maps.
     pub(super) config: Config,
     runs: u32,
 }
 
 const WARM_UP: usize = 2;
-/// Frames of each geometry, of which the fastest counts.
+/// Frames per geometry; the fastest counts.
 const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
     pub(super) fn new(gpu: Gpu, arguments: &BenchArguments) -> Self {
-        let mut settings = ShadowSettings::default();
+        // What is measured is what was asked for.
+        let mut settings = ShadowSettings { curve_budget: u64::MAX, ..ShadowSettings::default() };
         if let Some(pairs) = arguments.pair_budget {
             settings.pair_budget = pairs;
         }
@@ -247,7 +249,7 @@ impl Bench {
         let mut known: Option<Counters> = None;
         loop {
             let Gpu { device, queue, kernels, .. } = &self.gpu;
-            // Each time new maps: those that are kept are cleared by a kernel.
+            // New maps each time: reused ones are cleared by a kernel.
             let mut shadows = Shadows::sharing(device, queue, self.config, kernels.clone())?;
             if let Some(counters) = &known {
                 shadows.grow_from(counters);
@@ -310,7 +312,7 @@ impl Bench {
         Ok(best.expect("there is a geometry").1)
     }
 
-    /// Compares our maps with those of both recipes, and within a smaller tolerance with a product of full
+    /// Compares our maps with those of both recipes; and, with a smaller tolerance, with a product of full
     /// precision if the device can blend one.
     fn hold(&self, scene: &Scene<'_>, raster: &Raster, maps: &[Map]) -> Result<Held, Failure> {
         let differs = |light: usize, path: &str, wrong: &str| {

@@ -15,6 +15,7 @@ mod shares;
 mod tune;
 
 pub(crate) use arguments::BenchArguments;
+pub use case::bench_discs;
 
 use super::{
     failure::Failure,
@@ -73,7 +74,8 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
     for case in cases {
         if arguments.vs.is_some() && case.opacity < MIN_RASTER_OPACITY {
             let message = format!(
-                "{case}: fp16 products of the raster pipeline do not change at all below an opacity of {MIN_RASTER_OPACITY}: leave --vs out"
+                "{case}: fp16 products of the raster pipeline do not change at all below an opacity of \
+                 {MIN_RASTER_OPACITY}: leave --vs out"
             );
             return Err(Failure::Usage(message));
         }
@@ -85,7 +87,8 @@ pub(crate) fn run(arguments: &BenchArguments, clock: &WallClock) -> Result<(), F
                 || arguments.kernels
             {
                 let message = format!(
-                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, --occlude, --kernels and curves"
+                    "{case}: more than {MAX_LIST} casters are measured as discs, without --vs, \
+                     --occlude, --kernels and curves"
                 );
                 return Err(Failure::Usage(message));
             }

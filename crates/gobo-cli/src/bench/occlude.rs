@@ -13,7 +13,7 @@ use super::{
 use crate::failure::Failure;
 use gobo::model::{Casters, Material, Transfer};
 
-/// Share of the texels whose depth may differ: a rasterizer snaps corners to 1/256 texel, so texels this
+/// Largest share of texels with different depths: a rasterizer snaps corners to 1/256 texel, so texels this
 /// close to an edge may fall on either side. For an equilateral triangle of bounding side `side`, perimeter
 /// over area is about 8 / side.
 fn limit(side: f32) -> f64 {

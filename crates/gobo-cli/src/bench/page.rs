@@ -46,7 +46,7 @@ fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Name of a line of the first plot: the parameters that are constant along it.
+/// Name of a line in the first plot: the parameters that are constant along it.
 fn series(row: &Row) -> String {
     let case = &row.case;
     let Case { shape, footprint, opacity, layout, .. } = case;
@@ -111,7 +111,7 @@ impl Axis {
         self.start + self.length * part / f64::from(self.high - self.low)
     }
 
-    /// Values of grid lines, and whether they have labels: between the decades only if these are few.
+    /// Values of grid lines, and whether they are labelled: between decades only if there are few.
     fn marks(&self) -> impl Iterator<Item = (f64, bool)> {
         let (low, high) = (self.low, self.high);
         let decade = |decade: i32| STEPS.map(|step| step * 10f64.powi(decade));
@@ -143,7 +143,7 @@ fn times(rows: &[Row]) -> String {
     for (mark, _) in y_axis.marks() {
         let y = y_axis.at(mark);
         line(&mut svg, (left, y), (right, y), "#ddd");
-        // 10^-3 and its like are printed without rounding errors.
+        // Numbers like 10^-3 are printed without rounding errors.
         text(&mut svg, left - 5.0, y + 4.0, "end", &format!("{}", (mark * 1e9).round() / 1e9));
     }
     text(&mut svg, left + width / 2.0, bottom + 35.0, "middle", "casters");
@@ -198,7 +198,7 @@ fn polyline(svg: &mut String, points: &[(f64, f64)], color: &str, dash: &str) {
     }
 }
 
-/// Parts with a colour of their own.
+/// Number of parts with a colour of their own.
 const PARTS: usize = COLORS.len() - 1;
 
 /// One stacked bar per row. `relative`: bars are normalised to the same length.

@@ -19,7 +19,7 @@ pub(super) struct Report<R = Row> {
     pub(super) clock: &'static str,
     /// Kind of the casters: `particles`, `splats`, opaque `triangles`, or those of a `scene`.
     casters: &'static str,
-    /// Nodes of a curve, of maps with curves.
+    /// Nodes of a curve, for maps with curves.
     #[serde(skip_serializing_if = "Option::is_none")]
     nodes: Option<u32>,
     pub(super) rows: Vec<R>,
@@ -102,7 +102,7 @@ pub(super) fn times(compute: &Measured) -> String {
     spread(compute.compute_ms, compute.compute_min, compute.compute_max)
 }
 
-/// Stages, pairs and memory, and what the command has spent its time on.
+/// Stages, pairs and memory, and the phases of the command.
 pub(super) fn below(compute: &Measured) -> String {
     let stages: Vec<_> =
         compute.stages.iter().map(|(name, ms)| format!("{name} {ms:.2}")).collect();

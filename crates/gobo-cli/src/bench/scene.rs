@@ -1,4 +1,4 @@
-//! `gobo bench --scene`: the maps of a scene's first frame, made anew in each run.
+//! `gobo bench --scene`: the maps of a scene's first frame, rendered anew in each run.
 use super::{
     against::Earlier,
     arguments::BenchArguments,
@@ -17,12 +17,12 @@ use serde::Serialize;
 use std::path::Path;
 
 #[derive(Clone, Debug, Serialize)]
-struct Row<'a> {
+struct SceneRow<'a> {
     scene: &'a Path,
     /// Casters in all views.
     visible: u64,
     views: usize,
-    /// Of all maps.
+    /// Texels of all maps.
     texels: u64,
     #[serde(flatten)]
     compute: Measured,
@@ -49,7 +49,7 @@ pub(super) fn run(
     files::print(&report.adapter_and_clock())?;
     let prepared = bench.prepare(&casters, &views)?;
     let times = bench.times(&prepared, &[])?;
-    let mut row = Row {
+    let mut row = SceneRow {
         scene: path,
         visible: prepared.counters()?.visible,
         views: views.len(),
@@ -58,7 +58,7 @@ pub(super) fn run(
     };
     row.compute.milliseconds = clock.take();
     let (times, below) = (report::times(&row.compute), report::below(&row.compute));
-    let Row { visible, views, texels, .. } = row;
+    let SceneRow { visible, views, texels, .. } = row;
     files::print(&format!(
         "{}: {visible} casters in {views} views, {texels} texels, {times} ms\n{below}",
         path.display()

@@ -1,4 +1,5 @@
-//! Cases with more casters than one list holds: a map is made of each share of them, as sums, and these are added.
+//! Cases with more casters than one list holds: each share of them makes a map of sums, and the sums are
+//! added.
 use super::{
     case::Case,
     measure::{Bench, Measured, Row},
@@ -15,10 +16,10 @@ use gobo::{
 use gobo_scene::generate::Chance;
 use std::time::Instant;
 
-/// Casters of a share.
+/// Casters per share.
 pub(super) const SHARE: u32 = 1 << 22;
 
-/// Makes the map of each light of a case, and times all of it, with the making of the casters.
+/// Makes the map of each light of a case, and times it all, including the generation of casters.
 pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
     let gpu = &bench.gpu;
     let (views, materials) = (case.views(), [case.material()]);
@@ -42,7 +43,7 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
     };
     let mut particles = share_from(0);
     for first in (0..case.casters).step_by(SHARE as usize) {
-        // Sums depend on no order: groups of neighbours would only cull better.
+        // Sums do not depend on order: grouping neighbours would only cull better.
         let casters = Casters {
             particles: &particles,
             materials: &materials,
@@ -53,7 +54,7 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         prepared.record(&mut encoder)?;
         gpu.queue.submit([encoder.finish()]);
-        // The next share is made while this one's sums are.
+        // The next share is generated while this one is summed.
         let next =
             first.checked_add(SHARE).filter(|&next| next < case.casters).map(&mut share_from);
         let maps = prepared.maps();
@@ -90,7 +91,7 @@ pub(super) fn run(bench: &Bench, case: Case) -> Result<Row, Failure> {
     Ok(Row { case, compute, raster: None })
 }
 
-/// Texels whose optical depth is worked out in 64 bits, caster by caster.
+/// Texels whose optical depth is computed in 64 bits, caster by caster.
 struct Samples<'a> {
     view: &'a View,
     /// Samples that a caster may touch, by cell of the map.
@@ -101,7 +102,8 @@ struct Samples<'a> {
 /// Edge of a cell [texels].
 const CELL: u32 = 16;
 const COUNT: usize = 64;
-/// Casters are projected in 32 bits and have 16-bit opacities; their sums are rounded to 2^-16 each by a dither.
+/// Casters are projected in 32 bits and have 16-bit opacities; their sums are rounded to 2^-16 each by a
+/// dither.
 const TOLERANCE: f64 = 2e-3;
 const ROUNDING: f64 = 64.0 / FIXED_ONE as f64;
 
@@ -145,7 +147,7 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// `sums`: of the texel at a place. Texels near black, whose sums saturate, say nothing.
+    /// `sums`: of the texel at a position. Texels near black are skipped: their sums saturate.
     fn check(&self, sums: impl Fn(u32, u32) -> [u32; 4]) -> Result<(), String> {
         const DARK: f64 = 6.5;
         for &([x, y], expected) in &self.texels {
@@ -165,7 +167,8 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Optical depth of a soft disc at a distance from its centre [texels], enlarged to a texel if it is smaller.
+/// Optical depth of a soft disc at a distance from its centre [texels]; a disc smaller than a texel is
+/// enlarged to one.
 fn optical_depth(particle: &Particle, distance: f64, scale: f64) -> DVec3 {
     let projected = f64::from(particle.radius) * scale;
     let radius = projected.max(std::f64::consts::FRAC_1_SQRT_2);

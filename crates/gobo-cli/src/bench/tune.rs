@@ -1,4 +1,4 @@
-//! `gobo bench --tune`: each choice that a [`Profile`] leaves open, beside the adapter's own, in turns.
+//! `gobo bench --tune`: each choice that a [`Tuning`] leaves open, beside the adapter's own, in turns.
 use super::{
     arguments::BenchArguments,
     case::{self, Case, casters_of},
@@ -10,14 +10,14 @@ use crate::{failure::Failure, files, output};
 use gobo::{
     gpu::FETCH_FEATURES,
     shadows::Config,
-    stage::{buckets::BUCKET_PAIRS, profile::Profile, sort::Shape},
+    stage::{buckets::BUCKET_PAIRS, sort::Partition, tuning::Tuning},
 };
 use serde::Serialize;
 
 /// Least gain that is advised \[share of the adapter's own time\]: less is noise.
 const LEAST_GAIN: f64 = 0.03;
 
-/// Another value of one field of the profile.
+/// Another value of one field of the tuning.
 struct Choice {
     field: &'static str,
     value: String,
@@ -33,7 +33,7 @@ struct Tuned {
     value: String,
     /// Median time \[ms\].
     compute_ms: f64,
-    /// Median time with the adapter's own profile, in turns \[ms\].
+    /// Median time with the adapter's own tuning, in turns \[ms\].
     own_ms: f64,
     /// `compute_ms / own_ms`: below 1 if the choice is faster.
     ratio: f64,
@@ -45,44 +45,45 @@ fn choices(own: &Config, has_fetch: bool) -> Vec<Choice> {
     let mut add = |field, value: String, change: &dyn Fn(&mut Config)| {
         let mut config = *own;
         change(&mut config);
-        // Toggles follow the profile.
-        config.toggles.scatter_tiny = config.profile.scatter_tiny;
-        config.toggles.queued = own.toggles.queued && config.profile.queued;
+        // Toggles follow the tuning.
+        config.toggles.scatter_tiny = config.tuning.scatter_tiny;
+        config.toggles.queued = own.toggles.queued && config.tuning.queued;
         if config != *own {
             all.push(Choice { field, value, config });
         }
     };
     let on = |is: bool| if is { "true" } else { "false" }.to_owned();
     for pairs in [256, 512, 1024, 2048, 4096, 8192] {
-        add("disc_segment", pairs.to_string(), &|config| config.profile.disc_segment = pairs);
+        add("disc_segment", pairs.to_string(), &|config| config.tuning.disc_segment = pairs);
     }
-    for shape in [Shape::Serial, Shape::Wide] {
-        add("shape", format!("{shape:?}"), &|config| config.profile.shape = shape);
+    for partition in [Partition::Serial, Partition::Wide] {
+        add("partition", format!("{partition:?}"), &|config| config.tuning.partition = partition);
     }
     for pairs in [0, BUCKET_PAIRS] {
-        // By buckets only such a shape bins.
+        // Only wide partitions bin by buckets.
         add("bucket_pairs", pairs.to_string(), &|config| {
-            config.profile.bucket_pairs = pairs;
-            config.profile.shape = if pairs > 0 { Shape::Wide } else { config.profile.shape };
+            config.tuning.bucket_pairs = pairs;
+            config.tuning.partition =
+                if pairs > 0 { Partition::Wide } else { config.tuning.partition };
         });
     }
     for is in [false, true] {
-        let set = |change: fn(&mut Profile, bool)| {
-            move |config: &mut Config| change(&mut config.profile, is)
+        let set = |change: fn(&mut Tuning, bool)| {
+            move |config: &mut Config| change(&mut config.tuning, is)
         };
-        add("scatter_tiny", on(is), &set(|profile, is| profile.scatter_tiny = is));
-        add("columns", on(is), &set(|profile, is| profile.columns = is));
-        add("kinds_apart", on(is), &set(|profile, is| profile.kinds_apart = is));
-        add("interleaved", on(is), &set(|profile, is| profile.interleaved = is));
+        add("scatter_tiny", on(is), &set(|tuning, is| tuning.scatter_tiny = is));
+        add("columns", on(is), &set(|tuning, is| tuning.columns = is));
+        add("kinds_apart", on(is), &set(|tuning, is| tuning.kinds_apart = is));
+        add("interleaved", on(is), &set(|tuning, is| tuning.interleaved = is));
         if !is || has_fetch {
-            add("queued", on(is), &set(|profile, is| profile.queued = is));
-            add("loaded", on(is), &set(|profile, is| profile.loaded = is));
+            add("queued", on(is), &set(|tuning, is| tuning.queued = is));
+            add("loaded", on(is), &set(|tuning, is| tuning.loaded = is));
         }
     }
     all
 }
 
-/// Measures all choices in all cases, and prints what the profile should say.
+/// Measures all choices in all cases, and prints what the tuning should say.
 pub(super) fn run(arguments: &BenchArguments, mut bench: Bench) -> Result<(), Failure> {
     let own = Config::new(bench.gpu.tier, &bench.gpu.adapter);
     let mut report: Report<Tuned> = Report::new(&bench, arguments);
@@ -121,8 +122,8 @@ fn tuned(case: Case, field: &'static str, value: &str, own: Times, other: Times)
     Tuned { case, field, value: value.to_owned(), compute_ms, own_ms, ratio: compute_ms / own_ms }
 }
 
-/// What the profile should say: of each field the value that is fastest in the mean of all cases, and nowhere slower than
-/// the adapter's own by more than it gains.
+/// Recommended tuning: for each field the value that is fastest in the mean of all cases, and nowhere slower
+/// than the adapter's own by more than it gains.
 fn advice(rows: &[Tuned]) -> String {
     let mut best: Vec<(&str, &str, f64)> = Vec::new();
     for row in rows {
@@ -140,10 +141,10 @@ fn advice(rows: &[Tuned]) -> String {
         }
     }
     if best.is_empty() {
-        return "Profile: as it is".to_owned();
+        return "Tuning: as it is".to_owned();
     }
     let of = |(field, value, mean): &(&str, &str, f64)| format!("{field} = {value} ({mean:.2})");
-    format!("Profile: {}", best.iter().map(of).collect::<Vec<_>>().join(", "))
+    format!("Tuning: {}", best.iter().map(of).collect::<Vec<_>>().join(", "))
 }
 
 #[cfg(test)]
@@ -176,7 +177,7 @@ mod tests {
             row("c", "4", 10.0, 8.0),
             row("c", "5", 10.0, 7.0),
         ];
-        assert_eq!(advice(&rows), "Profile: a = 1 (0.90), c = 5 (0.70)");
-        assert_eq!(advice(&rows[4..5]), "Profile: as it is");
+        assert_eq!(advice(&rows), "Tuning: a = 1 (0.90), c = 5 (0.70)");
+        assert_eq!(advice(&rows[4..5]), "Tuning: as it is");
     }
 }

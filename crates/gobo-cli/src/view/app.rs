@@ -58,16 +58,16 @@ pub(super) struct App {
     /// Kernels left to compile, their total number, and the one being compiled.
     pub(super) kernels: Option<(usize, usize, &'static str)>,
     pub(super) device: String,
-    /// Of the file, until it is read.
+    /// Error of the file, until it is read.
     unread: Option<String>,
-    /// Of the last request.
+    /// Error of the last request.
     problem: Option<String>,
     /// Time per million pixels of a picture [ms].
     pace: f64,
     script: Option<Script>,
-    /// What is picked in the first picture that has its place in the window, right and down, 0..1.
+    /// Position to pick in the first picture that is laid out in the window, right and down, 0..1.
     to_pick: Option<Vec2>,
-    /// How the first scene is shown, until it is there.
+    /// Options of the first scene, until it is shown.
     start: Option<ViewArguments>,
 }
 
@@ -117,12 +117,12 @@ impl App {
         app
     }
 
-    /// Name of the file, for people.
+    /// Name of the file, for users.
     pub(super) fn name(&self) -> String {
         self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy().into_owned()
     }
 
-    /// Reads the file, for the first time or again: until that is done, all stays.
+    /// Reads the file, for the first time or again; until that is done, everything stays.
     pub(super) fn read(&mut self) {
         self.reading += 1;
         self.wish(self.asked.clone());
@@ -139,7 +139,7 @@ impl App {
         self.read();
     }
 
-    /// What is wrong, if anything.
+    /// The present error, if any.
     pub(super) fn problem(&self) -> Option<&str> {
         self.unread.as_deref().or(self.problem.as_deref())
     }
@@ -181,7 +181,7 @@ impl App {
         }
     }
 
-    /// A script goes on with an error beside a picture, and ends with one without.
+    /// A script continues after an error beside a picture, and ends after one without.
     fn fail(&mut self, context: &egui::Context, text: &str) {
         match &mut self.script {
             Some(script) if self.shown.is_none() => script.fail(context, text),
@@ -228,7 +228,7 @@ impl App {
         let pixels = pixels.max(1) as f64;
         self.pace = shown.ms / pixels * 1e6;
         self.problem = None;
-        // A frame that keeps all maps has no counts and times of them.
+        // A frame that keeps all maps has no counts and times for them.
         if shown.counters.views_rendered > 0 || self.counters.is_none() {
             self.counters = Some(shown.counters.clone());
             self.stages.clone_from(&shown.stages);
@@ -280,7 +280,7 @@ impl App {
         (self.space.as_vec2() * share * self.scale).as_uvec2().max(UVec2::splat(16))
     }
 
-    /// Pixels of the window, along an edge, per pixel of a picture that is rendered in time.
+    /// Pixels of the window per pixel of a picture that is rendered in time, along an edge.
     fn coarseness(&self, size: UVec2) -> u32 {
         let ms = self.pace * f64::from(size.element_product()) / 1e6;
         match ms / PATIENCE_MS {
@@ -351,7 +351,7 @@ impl App {
         if let Some(line) = self.knobs.as_mut().and_then(|knobs| knobs.line.as_mut())
             && line.plays()
         {
-            // A slow device leaves moments out instead of falling behind.
+            // A slow device skips moments instead of falling behind.
             if is_answered {
                 line.go_on(Instant::now());
             }

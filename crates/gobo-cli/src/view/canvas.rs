@@ -6,7 +6,7 @@ use super::{
 use eframe::egui::{Color32, FontId, Painter, Pos2, Rect, TextureHandle, pos2, vec2};
 use gobo::glam::Vec2;
 
-/// The pictures, their names where they are two, and the picked point.
+/// Paints the pictures, their names if there are two, and the picked point.
 pub(super) fn paint(
     painter: &Painter,
     rect: Rect,
@@ -40,13 +40,13 @@ pub(super) fn paint(
     }
 }
 
-/// Where the picked point is in the picture, right and down, 0..1.
+/// Position of the picked point in the picture, right and down, 0..1.
 pub(super) fn marked(shown: &Shown) -> Option<Vec2> {
     let [at, _] = shown.picked.as_ref()?.surface?;
     place(&shown.camera, at)
 }
 
-/// Where one of some pictures side by side is.
+/// Rectangle of one of several pictures side by side.
 pub(super) fn part(rect: Rect, index: usize, count: usize) -> Rect {
     let width = rect.width() / count as f32;
     let min = rect.min + vec2(width * index as f32, 0.0);

@@ -1,4 +1,4 @@
-//! Settings that the sliders change.
+//! Settings behind the sliders.
 use super::{
     orbit::Orbit,
     pick::Pick,
@@ -21,13 +21,13 @@ pub(super) struct Knobs {
     lights: Vec<Light>,
     /// Lights that differ from the file's.
     changed: BTreeMap<usize, Light>,
-    /// Index of the light that is edited, and whose maps are shown.
+    /// Index of the light that is edited and whose maps are shown.
     pub(super) light: usize,
     pub(super) insets: bool,
     /// Whether both receivers are shown, side by side.
     pub(super) beside: bool,
     pub(super) pick: Option<Pick>,
-    /// Where a scene that moves is.
+    /// Time line of an animated scene.
     pub(super) line: Option<TimeLine>,
     /// Approximate size of the scene [m].
     reach: f32,
@@ -63,8 +63,8 @@ impl Knobs {
         }
     }
 
-    /// For a file that was read again: what was changed in the window stays, unless the file changed it, too. `before`:
-    /// properties of the former reading.
+    /// The settings after a file is read again: changes made in the window stay, unless the file changed the
+    /// same value. `before`: properties of the former reading.
     pub(super) fn again(self, before: &Facts, facts: &Facts) -> Self {
         let mut new = Self::of(facts);
         if facts.camera == before.camera {

@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<(), Failure> {
     let make: eframe::AppCreator<'_> =
         Box::new(move |creation| Ok(Box::new(App::new(&creation.egui_ctx, arguments, done))));
     eframe::run_native("gobo", options, make).map_err(|error| {
-        // What is before the reason is a place in winit's source.
+        // winit puts a position in its source before the reason.
         let text = error.to_string();
         Failure::Window(text.rsplit(": ").next().unwrap_or(&text).to_owned())
     })?;

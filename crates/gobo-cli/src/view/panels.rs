@@ -16,7 +16,7 @@ const RED: Color32 = Color32::from_rgb(255, 110, 100);
 pub(super) fn show_status(app: &App, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         if let Some(problem) = app.problem() {
-            // Places in files are marked below them.
+            // Excerpts of files are marked below, so columns must align.
             ui.colored_label(RED, RichText::new(problem).monospace());
         } else if let Some((left, of, name)) = app.kernels {
             ui.spinner();
@@ -159,6 +159,7 @@ fn rows(counters: &Counters) -> impl Iterator<Item = (&'static str, u64)> {
         ("masks", counters.masks),
         ("unmasked lights", counters.unmasked_lights),
         ("shrunk maps", counters.shrunk),
+        ("dropped nodes", counters.nodes_dropped),
         ("clusters overflowed", counters.clusters_overflowed),
     ];
     always.into_iter().chain(rarely.into_iter().filter(|(_, count)| *count > 0))

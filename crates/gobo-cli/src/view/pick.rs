@@ -1,4 +1,4 @@
-//! A pixel of a picture, and the point that is seen in it.
+//! A pixel of a picture, and the point visible in it.
 use gobo::{
     Camera, Scene,
     glam::{UVec2, Vec2, Vec3},
@@ -6,7 +6,7 @@ use gobo::{
 };
 use gobo_reference::{Surface, surfaces};
 
-/// A place in the picture of a camera, right and down, 0..1.
+/// A position in a camera's picture, right and down, 0..1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pick {
     pub(super) camera: Camera,
@@ -27,7 +27,7 @@ fn half(camera: &Camera) -> Vec2 {
 }
 
 impl Pick {
-    /// Camera of one pixel, which looks at the place.
+    /// A camera of one pixel, aimed at the position.
     fn camera_of_one_pixel(&self) -> Camera {
         let camera = self.camera;
         let [right, up, forward] = axes(&camera);
@@ -37,7 +37,7 @@ impl Pick {
         Camera { target, fov_y: 2.0 * (pixel / 2.0).atan(), size: UVec2::ONE, ..camera }
     }
 
-    /// The nearest opaque surface at the place. The scene is as before afterwards.
+    /// The nearest opaque surface at the position. The scene is unchanged afterwards.
     pub(super) fn surface(&self, scene: &mut Scene) -> Option<Surface> {
         let own = (scene.camera, scene.samples, scene.lens);
         (scene.camera, scene.samples) = (self.camera_of_one_pixel(), 1);
@@ -48,7 +48,8 @@ impl Pick {
     }
 }
 
-/// Where a camera sees a point, right and down, 0..1; `None` if it is behind the eye or beside the picture.
+/// Position of a point in the camera's picture, right and down, 0..1; `None` if it is behind the eye or
+/// outside the picture.
 pub(super) fn place(camera: &Camera, point: Vec3) -> Option<Vec2> {
     let [right, up, forward] = axes(camera);
     let arm = point - camera.eye;

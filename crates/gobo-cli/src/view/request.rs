@@ -1,11 +1,11 @@
-//! What the window asks the renderer for, and what it hears.
+//! Requests of the window to the renderer, and its answers.
 use super::{inset::Inset, pick::Pick};
 use eframe::egui::ColorImage;
 use gobo::{Bounds, Camera, Counters, Light, Receiver, Scene, ShadowSettings, glam::Vec3};
 use gobo_scene::LoadOptions;
 use std::{collections::BTreeMap, path::PathBuf};
 
-/// Time after which the time line of a scene that moves without an end starts anew [s].
+/// Time after which an animation without an end restarts [s].
 const ENDLESS: f64 = 10.0;
 
 /// Overrides of a scene file's values.
@@ -27,7 +27,7 @@ pub(super) struct Look {
 }
 
 impl Look {
-    /// Those whose pictures are shown, from the left.
+    /// Receivers whose pictures are shown, from the left.
     pub(super) fn receivers(&self) -> Vec<Receiver> {
         match self.beside {
             true => vec![Receiver::Nearest, Receiver::Curve],
@@ -36,7 +36,7 @@ impl Look {
     }
 }
 
-/// For people.
+/// Name for users.
 pub(super) fn receiver_name(receiver: Receiver) -> &'static str {
     match receiver {
         Receiver::Nearest => "nearest depth",
@@ -44,12 +44,12 @@ pub(super) fn receiver_name(receiver: Receiver) -> &'static str {
     }
 }
 
-/// Request for pictures. A later one replaces one that has not been started.
+/// Request for pictures; it replaces an earlier one that has not been started.
 #[derive(Clone, Debug)]
 pub(super) struct Wish {
     pub(super) file: PathBuf,
     pub(super) load: LoadOptions,
-    /// Number of the reading: the file is read again if it is new.
+    /// Number of the reading: a new number makes the file be read again.
     pub(super) reading: u64,
     /// Overrides; none for the values of the file.
     pub(super) look: Option<Look>,
@@ -107,16 +107,16 @@ pub(super) struct Shown {
     pub(super) memory: u64,
     /// Time from the request to the pictures [ms].
     pub(super) ms: f64,
-    /// What is at the picked pixel, if one is picked.
+    /// Surface and light at the picked pixel, if one is picked.
     pub(super) picked: Option<Picked>,
 }
 
-/// What is at a picked pixel: without a surface, none of the rest.
+/// Surface and light at a picked pixel; without a surface, nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Picked {
-    /// Where its opaque surface is, less the scene's origin, and in the world [m].
+    /// Position of its opaque surface, less the scene's origin and in the world [m].
     pub(super) surface: Option<[Vec3; 2]>,
-    /// Of each receiver, from the left, the share of each light that reaches it.
+    /// Share of each light that reaches it, for each receiver from the left.
     pub(super) shares: Vec<Vec<[f32; 3]>>,
 }
 
@@ -126,7 +126,7 @@ pub(super) enum News {
         reading: u64,
         facts: Box<Facts>,
     },
-    /// The file cannot be read; what was read before is still shown.
+    /// The file cannot be read; the last scene stays.
     Unread {
         reading: u64,
         text: String,

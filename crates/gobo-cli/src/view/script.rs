@@ -1,4 +1,4 @@
-//! What happens until the window's picture is taken.
+//! Steps until the window's screenshot is taken.
 use super::shot;
 use crate::{arguments::ViewArguments, failure::Failure};
 use eframe::egui::{ColorImage, Context, ViewportCommand};
@@ -13,7 +13,7 @@ pub(super) struct Script {
     /// Rotation before each frame after the first [turns].
     step: f32,
     shown: u32,
-    /// Passes of the window since the last picture arrived: after one the picture is on the screen.
+    /// Passes of the window since the last picture arrived: after one pass the picture is on the screen.
     passes: u32,
     done: Sender<Result<(), Failure>>,
 }
@@ -26,8 +26,8 @@ impl Script {
         Some(Self { file, frames, step, shown: 0, passes: 0, done })
     }
 
-    /// Counts a picture, or an error beside the last one; returns the rotation before the next one [turns], if there is
-    /// one.
+    /// Counts a picture, or an error beside the last one; returns the rotation before the next one [turns],
+    /// if any.
     pub(super) fn next(&mut self) -> Option<f32> {
         self.shown += 1;
         (self.shown < self.frames).then_some(self.step)

@@ -1,4 +1,4 @@
-//! The window without a screen: its passes, by the CPU reference.
+//! The window without a screen: its passes, with the CPU reference.
 use super::{app::App, pick::place, watch};
 use crate::arguments::{Arguments, Command, ViewArguments};
 use clap::Parser as _;
@@ -14,8 +14,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// A floor under half of a red pane, whose edge is at x = 0, and a lamp that comes from exactly above; its intensity is
-/// in the place of `{}`.
+/// A floor under half of a red pane, whose edge is at x = 0, and a lamp straight above; `{}` stands for its
+/// intensity.
 const SCENE: &str = r#"
 [camera]
 eye = [0, 6, 0.01]
@@ -56,7 +56,7 @@ struct Window {
     _alone: MutexGuard<'static, ()>,
 }
 
-/// Which files were read is the process's: one window at a time.
+/// The list of read files is the process's: one window at a time.
 static ALONE: Mutex<()> = Mutex::new(());
 
 impl Window {
@@ -92,7 +92,7 @@ impl Window {
         let _ = self.context.run_ui(input, |ui| app.pass(ui));
     }
 
-    /// Passes until something is so.
+    /// Runs passes until a condition holds.
     fn until(&mut self, what: &str, is_so: impl Fn(&App) -> bool) {
         let start = Instant::now();
         while !is_so(&self.app) {
@@ -140,10 +140,10 @@ fn files_that_change_are_shown_and_broken_ones_leave_the_picture() {
     window.until("an error", |app| app.problem().is_some());
     let text = window.app.problem().unwrap().to_owned();
     assert!(text.contains("scene.toml:2:8") && text.contains('^'), "{text}");
-    // The message takes some of its place.
+    // The message takes some of its space.
     let is_red = |pixel: &egui::Color32| u16::from(pixel.r()) > 2 * u16::from(pixel.g());
     assert!(first.iter().any(is_red) && window.pixels().iter().any(is_red));
-    // It still turns.
+    // It can still be turned.
     let number = |app: &App| app.shown.as_ref().unwrap().number;
     let before = number(&window.app);
     window.app.knobs.as_mut().unwrap().orbit.turn([0.1, 0.0]);
@@ -151,7 +151,7 @@ fn files_that_change_are_shown_and_broken_ones_leave_the_picture() {
     assert!(window.pixels().iter().any(is_red));
     assert_eq!(window.app.problem(), Some(&*text));
     let turned = window.app.knobs.as_ref().unwrap().orbit;
-    // Mended, and darker: what was turned stays.
+    // Mended, and darker: the rotation stays.
     window.write(&SCENE.replace("{}", "0.25"));
     window.until("the file again", |app| {
         app.problem().is_none() && app.facts.as_ref().unwrap().lights[0].intensity < 1.0
@@ -164,7 +164,7 @@ fn files_that_change_are_shown_and_broken_ones_leave_the_picture() {
     assert!(mean(&window.pixels()) < mean(&first));
 }
 
-/// Behind the pane green and blue are a quarter; beside it all is there.
+/// Behind the pane a quarter of green and blue is left; beside it everything.
 #[test]
 fn a_picked_pixel_has_each_lights_share_by_both_receivers() {
     let mut window = Window::new("picked", &["--beside"]);
@@ -175,7 +175,7 @@ fn a_picked_pixel_has_each_lights_share_by_both_receivers() {
     let names: Vec<_> = shown.pictures.iter().map(|(receiver, _)| *receiver).collect();
     assert_eq!(names, [Receiver::Nearest, Receiver::Curve]);
     assert_eq!(shown.pictures[0].1.size, shown.pictures[1].1.size);
-    // Of the picture at the right, beside its middle, which is some 360 points from the left.
+    // Points in the right picture, beside its middle, which is some 360 points from the left.
     for (x, expected) in [(300.0, Vec3::ONE), (440.0, Vec3::new(1.0, 0.25, 0.25))] {
         window.click(pos2(x, 200.0));
         window.until("an answer", |app| {

@@ -1,16 +1,16 @@
-//! The time that is shown: plays, stands, and is dragged.
+//! Time of the animation: it plays, stands, and is dragged.
 use eframe::egui::{Key, Slider, Ui};
 use gobo::Scene;
 use std::time::Instant;
 
-/// Where a scene that moves is.
+/// Time line of an animated scene.
 #[derive(Debug)]
 pub(super) struct TimeLine {
-    /// [s]
+    /// Present time [s].
     pub(super) time: f64,
-    /// Where it starts anew [s].
+    /// Time at which it restarts [s].
     end: f64,
-    /// When it last moved by itself, while it plays.
+    /// Moment of the last step, while it plays.
     moved: Option<Instant>,
 }
 
@@ -24,7 +24,7 @@ impl TimeLine {
         Self { time: self.time.min(end), end, ..self }
     }
 
-    /// Goes to a time [s], or to the nearest that there is.
+    /// Goes to a time [s], clamped to the time line.
     pub(super) fn go_to(&mut self, time: f64) {
         self.time = time.max(0.0).min(self.end);
     }
@@ -37,7 +37,7 @@ impl TimeLine {
         self.moved = plays.then(Instant::now);
     }
 
-    /// Goes on to now, if it plays.
+    /// Advances to the present moment, if it plays.
     pub(super) fn go_on(&mut self, now: Instant) {
         if let Some(moved) = &mut self.moved {
             let step = now.duration_since(*moved).as_secs_f64();
@@ -46,7 +46,7 @@ impl TimeLine {
         }
     }
 
-    /// Stands at a frame, so many from the present one.
+    /// Steps by some frames, and stands there.
     fn step(&mut self, frames: f64) {
         self.play(false);
         let frame = (self.time * Scene::FRAME_RATE).round() + frames;

@@ -1,4 +1,4 @@
-//! Files that the scene was read from: whether one has changed since.
+//! Changes of the files that the scene was read from.
 use crate::inputs;
 use std::{
     collections::BTreeMap,
@@ -8,16 +8,16 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-/// Time between two looks: a change that has not gone on for so long is complete.
+/// Time between two looks: a change is complete once it has stopped for as long.
 pub(super) const PERIOD: Duration = Duration::from_millis(250);
 
-/// Time of the last change and length; `None` if the file is not there.
+/// Time of the last change, and length; `None` if the file does not exist.
 type Stamp = Option<(SystemTime, u64)>;
-type Stamps = BTreeMap<PathBuf, Stamp>;
+type FileStamps = BTreeMap<PathBuf, Stamp>;
 
-static NOTED: Mutex<Stamps> = Mutex::new(BTreeMap::new());
+static NOTED: Mutex<FileStamps> = Mutex::new(BTreeMap::new());
 
-fn noted() -> MutexGuard<'static, Stamps> {
+fn noted() -> MutexGuard<'static, FileStamps> {
     NOTED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -32,29 +32,29 @@ pub(super) fn note(path: &Path) {
     noted().insert(path.to_owned(), stamp(path));
 }
 
-/// Looks at the files now and then.
+/// Looks at the files periodically.
 #[derive(Debug)]
 pub(super) struct Watch {
     last: Instant,
-    /// What the last look saw, if it differs from what was read.
-    pending: Option<Stamps>,
+    /// Stamps at the last look, if they differ from those of the reading.
+    pending: Option<FileStamps>,
 }
 
 impl Watch {
-    /// For files that are read from now on.
+    /// Watches files that are read from now on.
     pub(super) fn new() -> Self {
         noted().clear();
         Self { last: Instant::now(), pending: None }
     }
 
-    /// Whether a file has changed, and then stayed for a period. Says so once for each change.
+    /// Whether a file has changed and has then stayed the same for a period. True once for each change.
     pub(super) fn has_changed(&mut self) -> bool {
         if self.last.elapsed() < PERIOD {
             return false;
         }
         self.last = Instant::now();
         let mut noted = noted();
-        let now: Stamps = noted.keys().map(|path| (path.clone(), stamp(path))).collect();
+        let now: FileStamps = noted.keys().map(|path| (path.clone(), stamp(path))).collect();
         if now == *noted {
             self.pending = None;
             return false;

@@ -49,7 +49,7 @@ impl Worker {
         let post = Post { sender, context };
         let theirs = Arc::clone(&mailbox);
         let thread = thread::spawn(move || {
-            Bench::new(post, backend, adapter).work(&theirs);
+            ViewWorker::new(post, backend, adapter).work(&theirs);
         });
         Self { mailbox, news, thread: Some(thread) }
     }
@@ -89,7 +89,7 @@ impl Post {
     }
 }
 
-/// A device, and what it is ready for.
+/// A device, and the state that it is prepared for.
 struct Stand {
     renderer: Renderer,
     /// Reading, nodes and filter for which kernels were compiled.
@@ -97,22 +97,22 @@ struct Stand {
 }
 
 /// A frame of each receiver.
-type Frames = Vec<(Reads, Frame)>;
+type ReceiverFrames = Vec<(Reads, Frame)>;
 
-/// What the answer at a picked pixel depends on.
+/// Key of the answer at a picked pixel.
 type Asked = (u64, Look);
 
-struct Bench {
+struct ViewWorker {
     post: Post,
     backend: Backend,
     adapter: Option<String>,
-    /// One of each receiver, so that the maps of both stay: opened when they are first needed.
+    /// One stand per receiver, so that the maps of both stay; opened on demand.
     stands: [Option<Stand>; 2],
     /// Number of the last reading, and the file.
     read: Option<(u64, PathBuf)>,
     /// The last scene that could be read.
     scene: Option<Scene>,
-    /// Reading and time to which the animation is set.
+    /// Reading and time at which the animation is posed.
     posed: Option<(u64, f64)>,
     picked: Option<(Asked, Picked)>,
 }
@@ -125,7 +125,7 @@ fn stand(reads: Reads) -> usize {
     }
 }
 
-impl Bench {
+impl ViewWorker {
     fn new(post: Post, backend: Backend, adapter: Option<String>) -> Self {
         let (stands, read, scene, posed, picked) = Default::default();
         Self { post, backend, adapter, stands, read, scene, posed, picked }
@@ -154,7 +154,7 @@ impl Bench {
         }
     }
 
-    /// Reads the file, if that was not done. What cannot be read leaves the scene that was read before.
+    /// Reads the file, unless that was done. If it cannot be read, the last scene stays.
     fn read(&mut self, wish: &Wish) {
         let reading = wish.reading;
         if self.read.as_ref().is_some_and(|(known, _)| *known == reading) {
@@ -210,13 +210,13 @@ impl Bench {
         Ok(Some(shown))
     }
 
-    /// A frame of each receiver, and what is picked.
+    /// A frame of each receiver, and the picked surface.
     fn show_scene(
         &mut self,
         scene: &mut Scene,
         look: &Look,
         reading: u64,
-    ) -> Result<(Frames, Option<Picked>), Failure> {
+    ) -> Result<(ReceiverFrames, Option<Picked>), Failure> {
         if !scene.motions.is_empty() && self.posed != Some((reading, look.time)) {
             scene.set_time(look.time);
             self.posed = Some((reading, look.time));
@@ -253,7 +253,7 @@ impl Bench {
         Ok(&mut open.renderer)
     }
 
-    /// After an error the next request opens a new device.
+    /// Closes the device after an error: the next request opens a new one.
     fn or_close<T>(&mut self, reads: Reads, result: Result<T, gobo::Error>) -> Result<T, Failure> {
         if result.is_err() {
             self.stands[stand(reads)] = None;
@@ -261,7 +261,7 @@ impl Bench {
         Ok(result?)
     }
 
-    /// Compiles what the scene's frame needs.
+    /// Compiles the kernels of the scene's frame.
     fn make(&mut self, scene: &Scene, reads: Reads, reading: u64) -> Result<(), Failure> {
         let made_for = Some((reading, scene.shadow.curve_nodes(), scene.shadow.filter));
         let is_made = |stand: &Stand| stand.made_for == made_for;
@@ -286,7 +286,7 @@ impl Bench {
         pick: Pick,
         reading: u64,
     ) -> Result<Picked, Failure> {
-        // The camera may turn: the answer is the same.
+        // The camera may turn without changing the answer.
         let camera = pick.camera;
         let asked = (reading, Look { camera, exposure: 0.0, maps_of: None, ..look.clone() });
         if let Some((known, picked)) = &self.picked

@@ -11,19 +11,19 @@ use gobo::{
 };
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat::Rgba32Float, TextureUsages};
 
-/// The volume.
+/// Air of a picture, as a volume.
 #[derive(Debug)]
 pub(super) struct Air {
     features: Features,
-    /// Views, parameters, lights and maps, and the air's own.
+    /// Views, parameters, lights and maps, and the air's own textures and buffers.
     resources: Resources,
-    /// Slices of each column that are lit, and 16 bits higher those of all bands but the last that needed more.
+    /// Lit slices of each column; in the upper 16 bits, those of all bands but the last that needed more.
     pub ends: Buffer,
     items: Buffer,
 }
 
-/// What other kernels read, and the volume, none without air. `resources`: views, parameters, lights and maps; `bands`: of the
-/// picture.
+/// Resources for other kernels, and the volume, `None` without air. `resources`: views, parameters, lights
+/// and maps; `bands`: of the picture.
 pub(super) fn air(
     allocator: &mut Allocator<'_>,
     features: Features,
@@ -62,7 +62,7 @@ fn blocks(rect: &TileRect) -> [u32; 2] {
 }
 
 impl Air {
-    /// Before the bands of a picture.
+    /// Clears the volume, before the bands of a picture.
     pub(super) fn clear(&self) -> Commands {
         let mut commands = Commands::new();
         commands.clear("gobo air", &self.ends);
@@ -70,7 +70,8 @@ impl Air {
         commands
     }
 
-    /// Lights what the pixels of a band need and no earlier band did, behind the band's visible surfaces. `band`: its uniform.
+    /// Lights the air that the pixels of a band need and no earlier band did, behind the band's visible
+    /// surfaces. `band`: the band's uniform.
     pub(super) fn of_band(
         &self,
         kernels: &Kernels,

@@ -13,9 +13,9 @@ use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages};
 #[derive(Debug)]
 pub(super) struct BandMemory {
     pub resources: Resources,
-    /// Lists of the points that are lit, with the workgroup counts of their dispatches.
+    /// Lists of the points to light, with the workgroup counts of their dispatches.
     pub point_lists: Buffer,
-    /// Tiles that have translucent casters, with the workgroup counts of a dispatch over them.
+    /// Tiles with translucent casters, with the workgroup counts of a dispatch over them.
     pub layered_tiles: Buffer,
     /// Capacity of a band \[tiles\].
     pub tiles: u32,
@@ -76,7 +76,7 @@ impl BandMemory {
         })
     }
 
-    /// `former`, or new memory if `former` is shared or too small.
+    /// `former`, or new memory if that is shared or too small.
     pub(super) fn take(
         former: &mut Option<Arc<Self>>,
         device: &wgpu::Device,

@@ -1,11 +1,11 @@
-//! Partition of a picture: parts, whose tiles are binned at a time, and bands, whose pixels are shaded at a
-//! time, so that a pixel's intermediate data takes the same memory in any picture.
+//! Partition of a picture: parts, whose tiles are binned together, and bands, whose pixels are shaded
+//! together, so that the intermediate data of pixels takes the same memory in any picture.
 use crate::stage::shade::{BAND_TILES, Band};
 use glam::UVec2;
 use gobo::model::TILE_SIZE;
 
-/// Most tiles of a picture with masks that is one band, so that visible surfaces are kept for shading: 1920
-/// x 1080 pixels.
+/// Most tiles of a picture with masks that is one band, so that visible surfaces are kept for shading: 1920 x
+/// 1080 pixels.
 const WHOLE_TILES: u32 = 8192;
 
 /// Tiles of a band for a picture of `tiles`; `at_once`: the picture has one part and one round.
@@ -39,7 +39,7 @@ impl TileRect {
         [self.size.x, self.size.y, 1]
     }
 
-    /// Cuts it into rectangles of at most `size` tiles each.
+    /// Cuts the rectangle into rectangles of at most `size` tiles each.
     fn cut(&self, size: UVec2) -> Vec<Self> {
         let count = UVec2::new(self.size.x.div_ceil(size.x), self.size.y.div_ceil(size.y));
         let rect = |i: u32| {
@@ -49,15 +49,15 @@ impl TileRect {
         (0..count.element_product()).map(rect).collect()
     }
 
-    /// Cuts it into at least `count` parts: whole rows, or pieces of one row each, as long as there are
-    /// tiles.
+    /// Cuts the rectangle into at least `count` parts: whole rows, or pieces of one row each, as long as
+    /// there are tiles.
     pub(super) fn parts(&self, count: u32) -> Vec<Self> {
         let rows = self.size.y / count.max(1);
         let width = self.size.x / count.div_ceil(self.size.y.max(1)).max(1);
         self.cut(UVec2::new(width.max(1), rows.max(1)))
     }
 
-    /// Cuts it into as few bands as possible of at most `tiles` tiles.
+    /// Cuts the rectangle into as few bands as possible of at most `tiles` tiles.
     pub(super) fn bands(&self, tiles: u32) -> Vec<Self> {
         let width = self.size.x.clamp(1, tiles);
         self.cut(UVec2::new(width, (tiles / width).max(1)))

@@ -6,8 +6,8 @@ use gobo::{
     gpu::{Allocator, Gpu, Resources, write_records},
     model::{Scene, View},
     records::{
-        ALL_LIGHTS, ClusterCounters, Grid, LightRecords, MAX_LIGHTS, MAX_SHADOW_VIEWS, MAX_TAPS,
-        REACH_TEXELS, Reach,
+        ALL_LIGHTS, ClusterCounters, ClusterGrid, LightRecords, MAX_LIGHTS, MAX_SHADOW_VIEWS,
+        MAX_TAPS, REACH_TEXELS, Reach,
     },
     shadows::light_texture,
     stage::features::Features,
@@ -21,7 +21,7 @@ use wgpu::{
 /// Lights of a picture, and the light lists of its clusters.
 #[derive(Debug)]
 pub(super) struct Clusters {
-    pub grid: Grid,
+    pub grid: ClusterGrid,
     /// Records of all lights, then of all shadow views.
     pub lights: Texture,
     /// Two texels per cluster, then the lists.
@@ -50,7 +50,7 @@ impl Clusters {
             Error::check_limit(limit, have as u64, need as u64, remedy)?;
         }
         let light_count = scene.lights.len();
-        let grid = Grid::new(&scene.clusters, camera, light_count);
+        let grid = ClusterGrid::new(&scene.clusters, camera, light_count);
         let params = grid.params(&scene.clusters, light_count);
         let params_buffer = allocator.uniform("cluster_params", &params);
         let cluster_count = u64::from(params.cluster_count);

@@ -1,4 +1,4 @@
-//! What is done to the whole picture behind its bands: refraction, occlusion of ambient light, and bloom.
+//! Passes over the whole picture after its bands: refraction, occlusion of ambient light, and bloom.
 use crate::stage::{bloom, occlusion, refraction, shade::composite};
 use glam::UVec2;
 use gobo::{
@@ -21,14 +21,14 @@ use wgpu::{
 pub(super) struct Finish {
     /// Ambient light by pixel, if it is occluded.
     ambients: Option<Texture>,
-    /// Opaque surfaces, and where pixels see them through glass, if any glass refracts.
+    /// Opaque surfaces, and places where pixels see them through glass, if any glass refracts.
     behind: Option<(TextureView, Texture)>,
-    /// Linear light behind the last pass.
+    /// Linear light after the last pass.
     pub radiance: Texture,
     pub commands: Commands,
 }
 
-/// What passes are made of.
+/// Inputs of the passes.
 pub(super) struct ToFinish<'a, 'b> {
     pub allocator: &'a mut Allocator<'b>,
     pub kernels: &'a Kernels,
@@ -100,12 +100,13 @@ impl Finish {
         Ok(finish)
     }
 
-    /// The kernel that composites the bands, keeping ambient light and what is behind glass apart for the passes.
+    /// The kernel that composites the bands, and keeps ambient light and light behind glass apart for the
+    /// passes.
     pub(super) fn composite(&self) -> &'static KernelDesc {
         composite(self.ambients.is_some(), self.behind.is_some())
     }
 
-    /// `resources` and those that the bands write for the passes.
+    /// `resources`, and the textures that the bands write for the passes.
     pub(super) fn with(&self, resources: Resources) -> Resources {
         resources
             .with_any("ambients", self.ambients.as_ref())

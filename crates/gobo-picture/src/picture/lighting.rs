@@ -25,12 +25,12 @@ pub(super) struct Lighting {
     pub masks: Option<MaskMemory>,
     /// Mask slots; unmasked lights are counted there.
     pub slots: MaskSlots,
-    /// Features of the maps and masks that light comes through.
+    /// Features of the maps and masks that light passes.
     pub features: Features,
     /// Levels of area lights, which are made first.
     pub levels: Option<AreaLevels>,
     pub air: Option<Air>,
-    /// Makes the masks, after the visible surfaces; empty without.
+    /// Makes the masks, after the visible surfaces; empty without masks.
     pub masking: Vec<Dispatch>,
 }
 

@@ -25,7 +25,7 @@ pub(super) struct CameraList {
     pub features: Features,
     /// Footprint of the first triangle.
     pub first_setup: u32,
-    /// Footprint of the setup with number 0, modulo 2^32.
+    /// Footprint with setup 0, modulo 2^32.
     pub setup_origin: u32,
     /// The clipping to each part, if the list is binned in parts.
     clips: Vec<Dispatch>,
@@ -43,7 +43,7 @@ impl CameraList {
         let (queue, kernels) = (shadows.queue(), shadows.kernels());
         let config = shadows.config();
         let plans = std::slice::from_ref(plan);
-        let scratch = Arc::new(Scratch::new(allocator, queue, config, plans, pairs, 0)?);
+        let scratch = Arc::new(Scratch::new(allocator, config, plans, pairs, 0)?);
         let camera_list = &plan.lists[0];
         let is_clipped = parts.len() > 1 && camera_list.footprint_count > 0;
         let clipped = is_clipped

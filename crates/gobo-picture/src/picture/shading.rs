@@ -25,7 +25,7 @@ use gobo::{
 };
 use wgpu::Buffer;
 
-/// What triangles may look like.
+/// Features of triangles' looks.
 const LOOKS: Flags = Flags::HAS_TEXTURES.union(Flags::HAS_VERTEX_COLORS).union(Flags::HAS_FRESNEL);
 
 const LABEL: &str = "gobo shade";
@@ -72,12 +72,17 @@ impl ShadeFeatures {
         let far_texture = far_sides().any(|far| scene.materials[far as usize].texture.is_some());
         let has_far_sides = far_sides().next().is_some();
         let light = light.with(Flags::HAS_FAR_SIDES, has_far_sides);
+        let has_details = scene.materials.iter().any(|material| material.details.is_some());
         let shown = |features: Features| {
             let environment = scene.environment.is_some();
             features
                 .with(Flags::HAS_ENVIRONMENT, environment)
                 .with(Flags::HAS_FAR_SIDES, has_far_sides)
-                .with(Flags::HAS_TEXTURES, far_texture || features.has(Flags::HAS_TEXTURES))
+                .with(Flags::HAS_DETAILS, has_details)
+                .with(
+                    Flags::HAS_TEXTURES,
+                    far_texture || has_details || features.has(Flags::HAS_TEXTURES),
+                )
         };
         let counted = |features: Features| features.with(Flags::COUNT_COST, cost);
         let aired =
@@ -111,7 +116,7 @@ impl ShadeFeatures {
 
 /// Dispatches of a band.
 #[derive(Debug)]
-struct Band {
+struct BandDispatches {
     /// Visible opaque surfaces: the rounds of their walk, and their points.
     surfaces: Vec<Dispatch>,
     /// Stores the surfaces for masks, if lights have masks.
@@ -127,7 +132,7 @@ struct Band {
 pub(super) struct Shading {
     casters: Vec<Dispatch>,
     /// Bands of each part.
-    bands: Vec<Vec<Band>>,
+    bands: Vec<Vec<BandDispatches>>,
     /// Whether surfaces stored for the masks are still there for the shading.
     keeps_surfaces: bool,
 }
@@ -164,7 +169,7 @@ impl ToShade<'_, '_> {
         resources: &Resources,
         panes: &Buffer,
         light: &[Dispatch],
-    ) -> Result<Band, Error> {
+    ) -> Result<BandDispatches, Error> {
         let (features, groups) = (self.features, rect.groups());
         let [solid, blended] = self.lists;
         let of_solid = resources
@@ -209,10 +214,10 @@ impl ToShade<'_, '_> {
         }
         pixels.extend_from_slice(light);
         pixels.push(self.run(features.of_composite, features.composite, &of_solid, groups)?);
-        Ok(Band { surfaces, masks, air, pixels })
+        Ok(BandDispatches { surfaces, masks, air, pixels })
     }
 
-    /// Runs of particles, as many at a time as the band's memory holds points.
+    /// Runs of particles, as many at once as the band's memory holds points.
     fn casters(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let ([_, blended], features) = (self.lists, self.features.casters);
@@ -235,7 +240,7 @@ impl ToShade<'_, '_> {
         Ok(runs)
     }
 
-    /// Runs of the lattices of bricks, as many points at a time as the band's memory holds.
+    /// Runs of the lattices of bricks, as many points at once as the band's memory holds.
     fn bricks(&mut self, resources: &Resources) -> Result<Vec<Dispatch>, Error> {
         let at_a_time = pixels_of(self.memory.tiles) * self.memory.points_of_pixel;
         let features = self.features.casters;

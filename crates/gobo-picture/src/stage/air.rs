@@ -1,10 +1,11 @@
 //! air: single scattering towards the eye through the shadow maps: shafts of light, coloured behind
 //! coloured glass and white in front of it.
 //!
-//! In: the shadow maps, and the visible surfaces of a band. `reach` -> `air_ends`: the slices that its pixels need of each
-//! column of 4x4 pixels, and `air_items`, a list of them. `scatter` -> `sources`: light that each of them scatters to the
-//! eye. `sum` -> `air`: its sum from the eye on, and the transmittance up to there. Surfaces and layers read it at their
-//! own depth (`shade`). What one band has lit no other lights again.
+//! In: the shadow maps, and the visible surfaces of a band. `reach` -> `air_ends`: the slices of each column
+//! of 4x4 pixels that the band's pixels need, and `air_items`, a list of them. `scatter` -> `sources`: light
+//! that each slice scatters to the eye. `sum` -> `air`: that light summed from the eye on, and the
+//! transmittance up to there. Surfaces and layers read it at their own depth (`shade`). No later band lights
+//! a slice again.
 use super::kernel;
 use gobo::{
     gpu::KernelDesc,
@@ -15,9 +16,10 @@ use gobo::{
     },
 };
 
-/// Edge of a block of columns, as long as a tile \[columns\]. WGSL: `crates/gobo-picture/wgsl/records/air_item.wgsl`.
+/// Edge of a block of columns, as long as a tile \[columns\]. WGSL:
+/// `crates/gobo-picture/wgsl/records/air_item.wgsl`.
 pub const AIR_BLOCK: u32 = 4;
-/// Slices of an item: a run of a block's.
+/// Slices of an item: those of a run of a block.
 pub const AIR_RUN: u32 = 4;
 /// Items of a block.
 pub const MAX_AIR_RUNS: u32 = MAX_AIR_STEPS / AIR_RUN;
@@ -44,5 +46,5 @@ pub fn scatter(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_SCATTER } else { &SCATTER }
 }
 
-/// Its sum from the eye on.
+/// Sums that light from the eye on.
 pub const SUM: KernelDesc = kernel("air_sum", "shade/air_sum.wgsl");

@@ -1,7 +1,7 @@
 //! bloom: a share of the picture's light spreads around, as in a lens.
 //!
-//! In: `composited`. `down` makes levels, each half as large; `up` adds to each its share of the coarser ones; `apply`
-//! -> `radiance`, `pixels`.
+//! In: `composited`. `down` makes levels, each half as large; `up` adds to each its share of the coarser
+//! ones; `apply` -> `radiance`, `pixels`.
 use super::kernel;
 use gobo::gpu::KernelDesc;
 
@@ -12,5 +12,5 @@ pub const GROUP_SIZE: u32 = 8;
 pub const DOWN: KernelDesc = kernel("bloom_down", "bloom/bloom_down.wgsl");
 /// Adds the share of the next smaller level.
 pub const UP: KernelDesc = kernel("bloom_up", "bloom/bloom_up.wgsl");
-/// Adds what has spread to the picture.
+/// Adds the light of the levels to the picture.
 pub const APPLY: KernelDesc = kernel("bloom_apply", "bloom/bloom_apply.wgsl");

@@ -3,7 +3,7 @@
 //! The frustum is cut into clusters: squares of pixels, and slices that grow with the distance
 //! (Olsson et al. 2012, "Clustered Deferred and Forward Shading", section 3).
 //!
-//! 1. `count` tests every light with every cluster, keeps one bit each and the sum of a cluster's.
+//! 1. `count` tests every light with every cluster, and keeps a bit for each and their sum per cluster.
 //! 2. `scan` places the lists of the clusters one after another.
 //! 3. `emit` writes the lists, in order of the lights' indices.
 //!

@@ -1,4 +1,4 @@
-//! mask: the visible surfaces of a picture, of which the masks of [`mask`](gobo::stage::mask) are made.
+//! mask: the visible surfaces of a picture, from which the masks of [`mask`](gobo::stage::mask) are made.
 use super::shade::of_pixels;
 use gobo::{
     gpu::KernelDesc,

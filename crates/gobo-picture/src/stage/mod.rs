@@ -1,4 +1,5 @@
-//! The stages of a picture, as kernels: their files are in the `wgsl/` of this crate, and what they import in the library's.
+//! The stages of a picture, as kernels. Their files are in the `wgsl/` of this crate, the files they import
+//! in the library's.
 pub mod air;
 pub mod bloom;
 pub mod cluster;

@@ -1,8 +1,8 @@
 //! shade: the lit picture, a band of tiles at a time.
 //!
 //! In: the camera's lists, the shadow maps. Out: `pixels`. `seen` and `layers` walk the lists; `surfaces`,
-//! `panes` and `casters` write their hits as `points`, [`light_points`](gobo::stage::light_points) evaluates the light that these send
-//! to the eye, `composite` blends it.
+//! `panes` and `casters` write their hits as `points`; [`light_points`](gobo::stage::light_points) evaluates
+//! the light that these send to the eye; `composite` blends it.
 use super::kernel;
 use glam::UVec2;
 use gobo::{
@@ -15,7 +15,8 @@ use gobo::{
 
 /// Texels of a pixel's list of layers. WGSL: `crates/gobo-picture/wgsl/shade/layer.wgsl`.
 pub const LAYER_TEXELS: u32 = 5;
-/// Records of 16 bytes that a pixel carries from round to round. WGSL: `crates/gobo-picture/wgsl/shade/shade_layers.wgsl`.
+/// Records of 16 bytes that a pixel carries from round to round. WGSL:
+/// `crates/gobo-picture/wgsl/shade/shade_layers.wgsl`.
 pub const CARRIED: u32 = 6;
 /// Points of a pixel: the opaque surface, and two panes.
 pub const PIXEL_POINTS: u32 = 3;
@@ -82,7 +83,7 @@ pub const COMPOSITE: KernelDesc = KernelDesc {
 /// [`COMPOSITE`], which keeps the ambient light for [`occlusion`](super::occlusion).
 pub const COMPOSITE_AMBIENT: KernelDesc =
     KernelDesc { name: "shade_composite_ambient", with: &[AMBIENT_KEPT, STRAIGHT], ..COMPOSITE };
-/// [`COMPOSITE`], which keeps what is behind glass for [`refraction`](super::refraction).
+/// [`COMPOSITE`], which keeps the light behind glass for [`refraction`](super::refraction).
 pub const COMPOSITE_BEHIND: KernelDesc =
     KernelDesc { name: "shade_composite_behind", with: &[AMBIENT_NONE, REFRACTED], ..COMPOSITE };
 /// [`COMPOSITE`], which keeps both.
@@ -91,8 +92,8 @@ pub const COMPOSITE_BEHIND_AMBIENT: KernelDesc = KernelDesc {
     with: &[AMBIENT_KEPT, REFRACTED],
     ..COMPOSITE
 };
-/// The kernel that blends a picture; what it keeps: ambient light for [`occlusion`](super::occlusion), and what is behind
-/// glass for [`refraction`](super::refraction).
+/// The kernel that blends a picture, and keeps ambient light for [`occlusion`](super::occlusion) and light
+/// behind glass for [`refraction`](super::refraction) where asked.
 pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc {
     match [keeps_ambient, keeps_behind] {
         [false, false] => &COMPOSITE,

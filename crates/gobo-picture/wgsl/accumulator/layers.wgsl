@@ -1,9 +1,10 @@
 // Accumulator: layers of translucent casters over a pixel, blended front to back. CPU reference:
 // crates/gobo-reference/src/shade/layers.rs.
 //
-// Casters come in order of their nearest corner, among bricks of their nearest point. A pane reaches from there far back, so it waits until the
-// next caster is behind it; the order is exact while at most two panes wait. The light that the two nearest
-// panes scatter and mirror is evaluated after the walk; those behind only filter.
+// Casters come in the order of their nearest corners, among bricks of their nearest points. A pane may reach
+// far behind its nearest corner, so it waits until the next caster is behind it; the order is exact while at
+// most two panes wait. The light that the two nearest panes scatter and mirror is evaluated after the walk;
+// panes behind only filter.
 
 import package::bind::sampled::{lit, seen_pixels};
 import package::bind::stored::layers;
@@ -32,7 +33,7 @@ import package::shade::surface::{eye, normals_at, pane_caster, world_point};
 
 const ROWS: u32 = 1u; // pixels that an invocation holds
 
-const PANES: u32 = 2u; // of a pixel, whose light is evaluated
+const PANES: u32 = 2u; // of a pixel whose light is evaluated
 const FAINT: f32 = 0.0009765625; // transmittance below which nothing behind is visible: 1/1024
 
 // A pane that waits.
@@ -43,7 +44,7 @@ struct Waiting {
 
 const NONE_WAITS: Waiting = Waiting(NOWHERE, 0u);
 
-var<private> corner: vec2<f32>; // position of the pixel
+var<private> corner: vec2<f32>; // transmittance for the light from behind
 var<private> opaque_depth: f32;
 var<private> passed: vec3<f32>; // transmittance for what is behind
 var<private> color: vec3<f32>;
@@ -53,7 +54,7 @@ var<private> third: Waiting;    // only while a pane is sorted in
 var<private> pixel_index: u32;  // in the band
 var<private> pane_count: u32;   // panes whose light is evaluated: 2 at most
 
-// `index`: of the pixel, in the band.
+// `index`: of the pixel in the band.
 fn start(view: GpuView, pixel: vec2<u32>, index: u32, opaque: f32) {
     corner = vec2<f32>(pixel);
     pixel_index = index;
@@ -79,8 +80,8 @@ fn lay_fog(depth: f32) {
     }
 }
 
-// Blends a layer, attenuated by the air in front of light depth `depth`. The background will be blended
-// with the whole air, so only the part of it that the layer covers is added here.
+// Blends a layer, attenuated by the air in front of light depth `depth`. The background will be blended with
+// all the air, so only the part of the air that the layer covers is added here.
 fn lay(view: GpuView, depth: f32, light: vec3<f32>, pass_on: vec3<f32>) {
     if HAS_AIR {
         let before = air_at(view, corner + 0.5, depth);
@@ -119,7 +120,8 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     if HAS_REFRACTION && !adds {
         bend(view, corner + 0.5, pane.setup, pane.depth, opaque_depth, normals.normal, to_eye);
     }
-    // The sign is 0: the compiler reads the setup again instead of keeping it while an image is sampled.
+    // The sign is 0: this way, the compiler reads the setup again instead of keeping it while an image is
+    // sampled.
     let again = pane.setup + (bitcast<u32>(hit.opacity) >> 31u);
     let at = triangle_weights(again, corner + 0.5).xyz;
     let emission = emission_at(materials[hit.material], again, corner + 0.5, at);
@@ -131,7 +133,8 @@ fn lay_pane(view: GpuView, pane: Waiting) {
     }
 }
 
-// Blends the panes in front of light depth `depth`, nearest first; of three, the nearest waits no longer.
+// Blends the panes in front of light depth `depth`, nearest first; of three panes, the nearest waits no
+// longer.
 fn lay_waiting(view: GpuView, depth: f32) {
     while near.depth < depth || third.depth < NOWHERE {
         lay_pane(view, near);
@@ -141,7 +144,7 @@ fn lay_waiting(view: GpuView, depth: f32) {
     }
 }
 
-// Whether a pane, of a caster, is in front of one that waits.
+// Whether a pane, of the caster `caster`, is in front of a waiting one.
 fn is_before(pane: Waiting, caster: u32, waits: Waiting) -> bool {
     if is_coplanar(pane.depth, waits.depth) {
         return !is_in_front(waits.depth, pane_caster(waits.setup), pane.depth, caster);
@@ -149,7 +152,7 @@ fn is_before(pane: Waiting, caster: u32, waits: Waiting) -> bool {
     return pane.depth < waits.depth;
 }
 
-// Inserts a pane in front of those at the same depth.
+// Inserts a pane in front of the panes at its depth.
 fn wait(pane: Waiting, caster: u32) {
     let before_near = is_before(pane, caster, near);
     let before_far = before_near || is_before(pane, caster, far);
@@ -189,7 +192,7 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
     }
     var is_first = hit.depth < opaque_depth;
     if is_pane && is_coplanar(hit.depth, opaque_depth) {
-        // No caster is the sky.
+        // The sky is no caster.
         let behind = textureLoad(seen_pixels, record_texel(pixel_index), 0).y;
         is_first = is_in_front(hit.depth, caster_of(footprint), opaque_depth, behind);
     }

@@ -1,5 +1,5 @@
-// bloom, down: the next level. One invocation per texel of it. CPU reference: crates/gobo-reference/src/bloom.rs. Rust:
-// crates/gobo-picture/src/stage/bloom.rs.
+// bloom, down: the next level. One invocation per texel of it. CPU reference:
+// crates/gobo-reference/src/bloom.rs. Rust: crates/gobo-picture/src/stage/bloom.rs.
 
 import package::bind::stored::bloom_to;
 import package::bind::sampled::bloom_from;

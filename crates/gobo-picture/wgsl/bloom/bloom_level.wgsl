@@ -1,10 +1,10 @@
-// Levels of bloom: each half as large as the one before (Jimenez 2014, "Next Generation Post Processing in Call of
-// Duty", with filters whose weights are those of linear interpolation, so that no light is lost or added). CPU
-// reference: crates/gobo-reference/src/bloom.rs.
+// Levels of bloom: each half as large as the one before (Jimenez 2014, "Next Generation Post Processing in
+// Call of Duty", with the weights of linear interpolation, so that no light is lost or added). CPU reference:
+// crates/gobo-reference/src/bloom.rs.
 
 import package::bind::sampled::bloom_from;
 
-// Light of a texel of the coarser level, between whose centres that of a finer texel lies: the bilinear mean.
+// Light of the coarser level at a texel of the finer one: the bilinear mean.
 fn enlarged(texel: vec2<u32>) -> vec3<f32> {
     let last = vec2<i32>(textureDimensions(bloom_from)) - 1;
     let near = vec2<i32>(texel / 2u);

@@ -17,7 +17,7 @@ fn cell(index: u32) -> vec2<f32> {
     return textureLoad(cells, record_texel(index), 0).rg;
 }
 
-// Whether all of the box from `low` to `high` is beyond the plane: even its least product with the normal.
+// Whether the whole box from `low` to `high` is beyond the plane: even its least product with the normal.
 fn is_beyond(xy: u32, zw: u32, low: vec3<i32>, high: vec3<i32>) -> bool {
     let plane = (vec4<i32>(vec4(xy << 16u, xy, zw << 16u, zw))) >> vec4(16u);
     let nearest = select(high, low, plane.xyz >= vec3(0));
@@ -25,7 +25,7 @@ fn is_beyond(xy: u32, zw: u32, low: vec3<i32>, high: vec3<i32>) -> bool {
     return product.x + product.y + product.z > plane.w * i32(UNIT);
 }
 
-// Conservative test. The decision is in integers: a device that fuses operations decides alike.
+// Conservative test. The decision is in integers, so that devices that fuse operations decide alike.
 fn reaches_box(light: u32, low: vec3<f32>, high: vec3<f32>) -> bool {
     let sphere = bitcast<vec4<f32>>(textureLoad(reaches, record_texel(light * REACH_TEXELS), 0));
     if sphere.w == 0.0 {

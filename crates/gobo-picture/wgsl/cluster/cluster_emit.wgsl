@@ -1,6 +1,6 @@
-// cluster, emit: `clusters`, first two texels per cluster with start and length of its list, then the
-// lists: indices of lights, ascending. One invocation per cluster. CPU reference: crates/gobo-reference/src/cluster.rs.
-// Rust: crates/gobo-picture/src/stage/cluster.rs.
+// cluster, emit: `clusters`, first two texels per cluster with start and length of its list, then the lists:
+// indices of lights, ascending. One invocation per cluster. CPU reference:
+// crates/gobo-reference/src/cluster.rs. Rust: crates/gobo-picture/src/stage/cluster.rs.
 
 import package::bind::changed::offsets;
 import package::bind::sampled::masks;
@@ -32,5 +32,9 @@ fn cluster_emit(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     textureStore(clusters, record_texel(2u * cluster), vec4(select(ALL_LIGHTS, first, fits)));
-    textureStore(clusters, record_texel(2u * cluster + 1u), vec4(select(cluster_params.light_count, count, fits)));
+    textureStore(
+        clusters,
+        record_texel(2u * cluster + 1u),
+        vec4(select(cluster_params.light_count, count, fits)),
+    );
 }

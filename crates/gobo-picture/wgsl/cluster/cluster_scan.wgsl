@@ -1,6 +1,7 @@
-// cluster, scan: number of lights of all clusters before each cluster, in place; ALL_LIGHTS for those whose
-// list does not fit. One workgroup: every invocation adds up some consecutive clusters, their sums are
-// scanned in workgroup memory. CPU reference: crates/gobo-reference/src/cluster.rs. Rust: crates/gobo-picture/src/stage/cluster.rs.
+// cluster, scan: exclusive prefix sum of the clusters' light counts, in place; ALL_LIGHTS for clusters whose
+// list does not fit. One workgroup: every invocation adds up some consecutive clusters, and their sums are
+// scanned in workgroup memory. CPU reference: crates/gobo-reference/src/cluster.rs. Rust:
+// crates/gobo-picture/src/stage/cluster.rs.
 
 import package::bind::changed::{cluster_counters, offsets};
 import package::bind::uniform::cluster_params;

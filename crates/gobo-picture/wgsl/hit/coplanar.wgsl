@@ -1,17 +1,17 @@
-// Faces in one plane, whose depths differ by their rounding alone: the one with the higher id is in front. CPU reference:
-// crates/gobo-reference/src/coplanar.rs.
+// Faces in one plane, whose depths differ only by rounding: the one with the higher id is in front. CPU
+// reference: crates/gobo-reference/src/coplanar.rs.
 
 import package::bind::sampled::triangles;
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 
-// Largest difference of such depths, as a share of one.
+// Largest difference of such depths, as a share of the depth.
 const COPLANAR: f32 = 1.52587890625e-5;
 
 fn is_coplanar(depth: f32, other: f32) -> bool {
     return abs(depth - other) <= COPLANAR * other;
 }
 
-// Id of the object that a triangle is of. `caster`: the triangle's.
+// Id of a triangle's object. `caster`: the triangle.
 fn object_of(caster: u32) -> u32 {
     return textureLoad(triangles, record_texel((caster & ~TRIANGLE_BIT) * TRIANGLE_TEXELS + 4u), 0).w;
 }

@@ -13,7 +13,7 @@ import package::records::view::TILE_SIZE;
 import package::shade::band::band_pixel;
 import package::traversal::lane::LANES;
 
-// Light depth at a pixel, clamped to the picture; `index`: that of `pixel` in the band.
+// Light depth at a pixel, clamped to the picture; `index`: of `pixel` in the band.
 fn seen_depth(at: vec2<u32>, pixel: vec2<u32>, index: u32) -> f32 {
     let last = vec2<u32>(views[0].size) - 1u;
     // Both pixels are in the same tile.

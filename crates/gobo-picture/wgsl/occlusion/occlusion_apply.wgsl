@@ -1,6 +1,7 @@
-// occlusion, apply: takes the occluded part of the ambient light off the picture. The shares of the texels around a
-// pixel that are on its surface, in a box of 4x4, in which all directions and places of the search count alike. One
-// invocation per pixel. CPU reference: crates/gobo-reference/src/occlusion.rs. Rust: crates/gobo-picture/src/stage/occlusion.rs.
+// occlusion, apply: takes the occluded part of the ambient light off the picture. A pixel averages the shares
+// of the texels on its surface in a box of 4x4, in which all directions and places of the search count
+// equally. One invocation per pixel. CPU reference: crates/gobo-reference/src/occlusion.rs. Rust:
+// crates/gobo-picture/src/stage/occlusion.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{ambients, composited, occlusions};
@@ -10,9 +11,9 @@ import package::occlusion::seen_point::{radius_at, screen, seen_normal, seen_poi
 import package::records::surroundings::unpack_surroundings;
 import package::shade::tone::on_screen;
 
-// Distance off a pixel's plane at which another surface does not count [radii].
+// Distance from a pixel's plane at which another surface does not count [radii].
 const OFF_PLANE: f32 = 0.1;
-// Weight of what does not count, for pixels that nothing around is on the surface of.
+// Weight of surfaces that do not count, for pixels without any other around.
 const OFF_PLANE_WEIGHT: f32 = 1e-4;
 
 @compute @workgroup_size(8, 8)
@@ -25,7 +26,8 @@ fn occlusion_apply(@builtin(global_invocation_id) id: vec3<u32>) {
     let on = screen();
     let point = seen_point(on, vec2<f32>(id.xy), around_pixel.depth);
     let normal = seen_normal(around_pixel.normal, point);
-    // Distance off the plane, of what is in pixel q at a distance: (at_zero + dot(slope, q)) distance - dot(normal, point).
+    // Distance from the plane of a surface at distance d in pixel q: (at_zero + dot(slope, q)) d -
+    // dot(normal, point).
     let per_off = 1.0 / (OFF_PLANE * radius_at(point));
     let slope = normal.xy * on.step * per_off;
     let at_zero = (dot(normal.xy, on.first) - normal.z) * per_off;

@@ -1,8 +1,9 @@
-// occlusion, search: the share of the ambient light that reaches a surface past what is seen around it, at half the
-// picture's size: a search for horizons (Jimenez et al. 2016, "Practical Real-Time Strategies for Accurate Indirect
-// Occlusion", section 4). Unlike the paper: horizons are angles above the surface's own plane, so that planes occlude
-// nothing of themselves, and the sum is divided by that without occluders. One invocation per 2x2 pixels. CPU
-// reference: crates/gobo-reference/src/occlusion.rs. Rust: crates/gobo-picture/src/stage/occlusion.rs.
+// occlusion, search: the share of the ambient light that reaches a surface past the visible surfaces around
+// it, at half the picture's size: a search for horizons (Jimenez et al. 2016, "Practical Real-Time Strategies
+// for Accurate Indirect Occlusion", section 4). Unlike the paper: horizons are angles above the surface's own
+// plane, so that planes do not occlude themselves, and the sum is divided by the sum without occluders. One
+// invocation per 2x2 pixels. CPU reference: crates/gobo-reference/src/occlusion.rs. Rust:
+// crates/gobo-picture/src/stage/occlusion.rs.
 
 import package::bind::sampled::ambients;
 import package::bind::stored::occlusions;
@@ -11,27 +12,28 @@ import package::occlusion::seen_point::{Screen, radius_at, screen, seen_normal, 
 import package::records::surroundings::unpack_surroundings;
 
 const PI: f32 = 3.1415927;
-// Directions of a pixel; the next three have others between them.
+// Directions of a pixel; the next three pixels have others between them.
 const OCCLUDER_DIRECTIONS: u32 = 3u;
-// Places along a direction, to either side; 4x4 pixels have others between them, so that no two look at the same rings.
+// Places along a direction, to either side; 4x4 pixels have others between them, so that no two see the same
+// rings.
 const OCCLUDER_STEPS: u32 = 6u;
-// Where in its step a pixel's places are [quarters], of four pixels.
+// Offsets of the places of four pixels within their step [quarters].
 const PLACES: u32 = 0x2431u;
-// Farthest of them [heights of the picture].
+// Distance of the farthest place [heights of the picture].
 const OCCLUDER_REACH: f32 = 0.25;
-// Length of a normal in a slice that it is across.
+// Least length of the normal's projection into a slice.
 const SLICE_FACING: f32 = 1e-3;
 // Distance of the sky, which is on no surface's plane [m].
 const SKY_DISTANCE: f32 = 1e20;
-// Square of the slope up to which what is around is flat: depths are rounded.
+// Squared slope up to which surfaces around are flat: depths are rounded.
 const FLAT_SQUARE: f32 = 4e-6;
 // Instead of 0 in a divisor.
 const TINY: f32 = 1e-20;
 
 // The plane of a search: the eye's ray and a direction on the screen.
 struct Slice {
-    above: vec3<f32>,  // the surface's normal, over its length in the plane
-    along: vec3<f32>,  // across it, in the plane, unit
+    above: vec3<f32>,  // normal of the surface, over the length of its projection into the plane
+    along: vec3<f32>,  // in the plane, across that projection, unit
     facing: f32,       // that length
     tilt: f32,         // angle from the direction to the eye to the normal
 }
@@ -56,12 +58,19 @@ struct Around {
     last: vec2<f32>, // pixel of the picture
     reach: f32,      // [pixels]
     per_square: f32, // 1 / radius^2 [1/m^2]
-    part: f32,       // of a step, at which its place is
+    part: f32,       // of a step: offset of its place
 }
 
-// Angle above the surface's plane below which no light comes, on one side of a slice. Beyond its border the picture is as far as
-// at the border: what rises there goes on.
-fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec2<f32>, around: Around) -> f32 {
+// Angle above the surface's plane below which no light comes, on one side of a slice. Beyond its border the
+// picture is taken to be as far as at the border, so that rising surfaces go on.
+fn risen(
+    on: Screen,
+    pixel: vec2<f32>,
+    point: vec3<f32>,
+    slice: Slice,
+    step: vec2<f32>,
+    around: Around,
+) -> f32 {
     var least = 1.0; // cosine of the highest angle
     for (var i = 0u; i < OCCLUDER_STEPS; i += 1u) {
         let part = (f32(i) + around.part) / f32(OCCLUDER_STEPS);
@@ -72,7 +81,7 @@ fn risen(on: Screen, pixel: vec2<f32>, point: vec3<f32>, slice: Slice, step: vec
         let above = dot(away, slice.above);
         let along = dot(away, slice.along);
         let cosine = along * inverseSqrt(max(along * along + above * above, TINY));
-        // Up to half the radius it counts in full, at the radius not at all.
+        // An occluder counts in full up to half the radius, and not at all at the radius.
         let share = saturate((1.0 - dot(away, away) * around.per_square) * (4.0 / 3.0));
         let seen = seen_point(on, inside, depth) - point;
         let rises = dot(seen, slice.above) * slice.facing;
@@ -97,7 +106,8 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
     let to_eye = -normalize(point);
     let radius = radius_at(point);
     let reach = min(radius * view.scale / -point.z, OCCLUDER_REACH * view.size.y);
-    // Two orthogonal Latin squares: in each row and column of four all directions and all places, in 4x4 each pair of them.
+    // Two orthogonal Latin squares: each row and column of four has all directions and all places, and 4x4
+    // pixels have every pair.
     let turn = f32((id.x + id.y) & 3u) * 0.25;
     let twice = (id.y << 1u) ^ (((id.y >> 1u) & 1u) * 7u);
     let part = f32((PLACES >> (4u * ((id.x ^ twice) & 3u))) & 7u) * 0.25;
@@ -115,5 +125,10 @@ fn occlusion_search(@builtin(global_invocation_id) id: vec3<u32>) {
         whole += slice.facing * (cos(slice.tilt) + slice.tilt * sin(slice.tilt));
     }
     let share = select(1.0, seen / whole, whole > 0.0);
-    textureStore(occlusions, id.xy, vec4(bitcast<u32>(share), bitcast<u32>(select(SKY_DISTANCE, -point.z, around_pixel.depth < 1.0)), 0u, 0u));
+    textureStore(occlusions, id.xy, vec4(
+        bitcast<u32>(share),
+        bitcast<u32>(select(SKY_DISTANCE, -point.z, around_pixel.depth < 1.0)),
+        0u,
+        0u,
+    ));
 }

@@ -2,7 +2,7 @@
 
 import package::bind::uniform::{picture_params, views};
 
-// From pixels and light depths to view space.
+// Transform from pixels and light depths to view space.
 struct Screen {
     first: vec2<f32>, // slopes of the middle of the first pixel, upwards
     step: vec2<f32>,  // from pixel to pixel
@@ -16,12 +16,12 @@ fn screen() -> Screen {
     return Screen((0.5 - view.size * 0.5) * step, step, view.near, view.far - view.near);
 }
 
-// Position in view space [m] of light depth `depth` in the middle of a pixel.
+// View-space position at light depth `depth` in the middle of a pixel [m].
 fn seen_point(on: Screen, pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     return vec3(on.first + pixel * on.step, -1.0) * (on.near + depth * on.range);
 }
 
-// Unit normal in view space of a surface at `point`; zero faces the eye.
+// View-space unit normal of a surface at `point`; zero stands for a surface that faces the eye.
 fn seen_normal(normal: vec3<f32>, point: vec3<f32>) -> vec3<f32> {
     let turned = normal * mat3x3<f32>(
         picture_params.world_from_view[0].xyz,

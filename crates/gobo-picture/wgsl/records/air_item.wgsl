@@ -1,5 +1,6 @@
-// Blocks of columns of air, and what is lit of them at a time: an item is a run of slices of a block. `air_items` holds the
-// workgroups of a dispatch over the items in x, y and z and their number, and then the items. Rust: `crates/gobo-picture/src/stage/air.rs`.
+// Blocks of columns of air, and the items that are lit: runs of slices of a block. `air_items` holds the
+// workgroups of a dispatch over the items in x, y and z, the number of items, and then the items. Rust:
+// `crates/gobo-picture/src/stage/air.rs`.
 
 const AIR_BLOCK: u32 = 4u;    // edge of a block [columns]
 const AIR_RUN: u32 = 4u;      // slices of a run

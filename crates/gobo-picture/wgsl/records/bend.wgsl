@@ -1,4 +1,4 @@
-// Where a pixel shows what is behind its panes: texels of `bends`, zero where it is seen straight.
+// Place where a pixel sees the scene behind its panes: texels of `bends`, zero where it is seen straight.
 
 struct Bend {
     aside: vec2<f32>,  // from the pixel [pixels]

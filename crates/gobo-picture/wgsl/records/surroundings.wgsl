@@ -10,7 +10,7 @@ struct Surroundings {
 
 fn pack_surroundings(surroundings: Surroundings) -> vec4<u32> {
     let faces = select(0.0, 1.0, all(surroundings.normal == vec3(0.0)));
-    // Largest half.
+    // At most the largest half.
     let light = min(surroundings.light, vec3(65504.0));
     return vec4(
         bitcast<u32>(surroundings.depth),

@@ -1,5 +1,5 @@
-// refraction, apply: adds what is seen aside or blurred behind glass. One invocation per pixel. CPU reference:
-// crates/gobo-reference/src/refraction.rs. Rust: crates/gobo-picture/src/stage/refraction.rs.
+// refraction, apply: adds the light behind glass that is seen refracted or blurred. One invocation per pixel.
+// CPU reference: crates/gobo-reference/src/refraction.rs. Rust: crates/gobo-picture/src/stage/refraction.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{behinds, bends, composited};
@@ -7,7 +7,8 @@ import package::bind::stored::radiance;
 import package::records::bend::unpack_bend;
 import package::shade::tone::on_screen;
 
-// Light depth by which a surface must be in front of a pane to hide what is behind the pane: depths are halves.
+// Least difference in light depth at which a surface in front of a pane hides the scene behind it: depths are
+// halves.
 const PANE_SLACK: f32 = 0.001;
 
 fn of_level(texel: vec2<i32>, level: i32, last: vec2<i32>) -> vec4<f32> {
@@ -58,7 +59,7 @@ fn refraction_apply(@builtin(global_invocation_id) id: vec3<u32>) {
         let last = vec2<i32>(size) - 1;
         let pixel = vec2<f32>(id.xy) + 0.5;
         let found = clamp(pixel + bend.aside, vec2(0.5), vec2<f32>(size) - 0.5);
-        // What stands in front of the glass is not behind it.
+        // A surface in front of the glass is not seen through it.
         let hides = of_level(vec2<i32>(found), 0, last).a < bend.pane - PANE_SLACK;
         light += bend.passed * behind(select(found, pixel, hides), bend.blur);
     }

@@ -20,10 +20,11 @@ fn air_at(view: GpuView, pixel: vec2<f32>, depth: f32) -> AirBefore {
     return AirBefore(air_light(place, depth), exp(-picture_params.extinction * length));
 }
 
-// What is read at `depth` or nearer, `air_reach` has asked for.
+// Light scattered in front of `depth`. The pixel's surface is at `depth` or behind: `air_reach` has asked for
+// these slices.
 fn air_light(place: AirPlace, depth: f32) -> vec3<f32> {
     let slices = i32(picture_params.air_slices);
-    // In front of the first slice there is none.
+    // The first slice begins at the eye, without light.
     let along = clamp(depth, 0.0, 1.0) * f32(slices) - 1.0;
     let slice = i32(floor(along));
     let near = air_layer(place, slice);
@@ -37,6 +38,10 @@ fn air_layer(place: AirPlace, slice: i32) -> vec3<f32> {
     let part = place.part;
     let layer = max(slice, 0);
     let top = mix(textureLoad(air, low, layer, 0), textureLoad(air, vec2(high.x, low.y), layer, 0), part.x);
-    let bottom = mix(textureLoad(air, vec2(low.x, high.y), layer, 0), textureLoad(air, high, layer, 0), part.x);
+    let bottom = mix(
+        textureLoad(air, vec2(low.x, high.y), layer, 0),
+        textureLoad(air, high, layer, 0),
+        part.x,
+    );
     return select(mix(top, bottom, part.y).rgb, vec3(0.0), slice < 0);
 }

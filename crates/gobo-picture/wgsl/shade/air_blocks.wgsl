@@ -15,7 +15,7 @@ fn band_blocks() -> vec2<u32> {
     return band.size + 2u;
 }
 
-// First column of a block of the band; before the picture it is beyond its end.
+// First column of a block of the band; for a block in front of the picture, beyond its end.
 fn block_column(number: u32) -> vec2<u32> {
     let width = band_blocks().x;
     return (band.origin - 1u + vec2(number % width, number / width)) * AIR_BLOCK;

@@ -1,5 +1,6 @@
-// air, reach: the slices that the pixels of a band need of each column, beyond those that earlier bands needed, and a list
-// of them: what is behind all surfaces is not lit. One workgroup per block of columns. Rust: crates/gobo-picture/src/stage/air.rs.
+// air, reach: the slices of each column that the pixels of a band need, beyond those that earlier bands
+// needed, and a list of them: slices behind all surfaces are not lit. One workgroup per block of columns.
+// Rust: crates/gobo-picture/src/stage/air.rs.
 
 import package::bind::changed::{air_ends, air_items};
 import package::bind::sampled::seen_pixels;
@@ -14,15 +15,15 @@ import package::shade::air_place::air_place;
 
 const REACH_LANES: u32 = 64u;
 const COLUMNS: u32 = AIR_BLOCK * AIR_BLOCK; // of a block
-// Pixels around a block that may read it: those of a column and a half, and as many as columns are shifted by.
+// Pixels around a block that may read it: a column and a half, and the shift of the columns.
 const AROUND: u32 = 8u;
-const EDGE: u32 = AIR_BLOCK * AIR_CELL + 2u * AROUND; // of what is searched [pixels]
+const EDGE: u32 = AIR_BLOCK * AIR_CELL + 2u * AROUND; // of the searched area [pixels]
 
 var<workgroup> reached: array<atomic<u32>, COLUMNS>; // slices
 var<workgroup> last: atomic<u32>;
 var<workgroup> unlit: atomic<u32>; // slices behind the first one that is not lit
 
-// Slices that are read in front of a surface at a light depth, or of a face in its plane.
+// Number of slices read in front of a surface at a light depth, or of a face in its plane.
 fn slices_before(depth: f32) -> u32 {
     let farthest = min(depth + 2.0 * COPLANAR * depth, 1.0);
     return min(u32(farthest * f32(air_params.slices)) + 1u, air_params.slices);

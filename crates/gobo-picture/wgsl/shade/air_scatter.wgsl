@@ -25,7 +25,8 @@ const MAX_AIR_SAMPLES: u32 = 16u;
 const MAX_LIT_SAMPLES: u32 = 256u;
 // Distance from a lamp below which its light does not rise [m]: that of `incoming`.
 const NEAREST: f32 = 0.01;
-// Laid aside: the slice, the light of a sample with its share, its samples' sum, and that of all lights.
+// Laid aside: the slice, the light of a sample with its share, the sum of its samples, and that of all
+// lights.
 const ASIDE_SLICE: u32 = ASIDE_LOCAL;
 const ASIDE_ARRIVING: u32 = ASIDE_LOCAL + 1u;
 const ASIDE_RADIANCE: u32 = ASIDE_LOCAL + 2u;
@@ -37,7 +38,7 @@ const TINY: f32 = 1e-20;
 // Part of the ray `origin + direction t` with t within `ends` that is in the cone of a spot at zero; empty
 // where x > y.
 fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<f32>) -> vec2<f32> {
-    // A point x is in it where dot(x, light.direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
+    // A point x is in the cone where dot(x, light.direction) >= cosine |x|; squared, a t^2 + 2 b t + c >= 0.
     let along = dot(direction, light.direction);
     let start = dot(origin, light.direction);
     let square = light.cone_outer * light.cone_outer;
@@ -52,8 +53,8 @@ fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<
     let second = c / select(q, TINY, abs(q) < TINY);
     let low = min(first, second);
     let high = max(first, second);
-    // Across the cone: between the roots, if they are not those of its mirror image. Along it: the ray
-    // leaves one of the two by one root, and enters the other by the other.
+    // A ray across the cone is inside between the roots, if they are not those of the mirrored cone. A ray
+    // along it leaves one of the two cones by one root, and enters the other by the other.
     let is_across = a < 0.0;
     let is_missed = is_across && (inner < 0.0 || start - along * b / a < 0.0);
     let lit = vec2(
@@ -63,9 +64,9 @@ fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<
     return select(lit, vec2(1.0, 0.0), is_missed);
 }
 
-// A column of pixels, and the part of it that a slice takes.
+// A column of pixels, and a slice's part of it.
 struct Column {
-    direction: vec3<f32>, // of its ray, as long as a metre along the camera's axis is on it
+    direction: vec3<f32>, // of its ray, as long as 1 m along the camera's axis
     ray: vec3<f32>,       // unit
     ends: vec2<f32>,      // of the slice, distances along the camera's axis [m]
 }
@@ -83,12 +84,12 @@ fn column_of(id: vec3<u32>) -> Column {
     return Column(direction, normalize(direction), view.near + parts * (view.far - view.near));
 }
 
-// The part of a slice that a light reaches, and its samples: for a lamp at even angles seen from it (Kulla and
-// Fajardo 2012, section 4), as many as its light needs, in the cone of a spot alone.
+// The part of a slice that a light reaches, and its samples. For a lamp, they are at even angles seen from it
+// (Kulla and Fajardo 2012, section 4), as many as its light needs; for a spot, within its cone.
 struct Stretch {
     metres: f32,  // of the ray per metre along the camera's axis
-    nearest: f32, // along the ray, where it is nearest to the lamp [m]
-    low: f32,     // ends, from there [m]
+    nearest: f32, // place along the ray nearest to the lamp [m]
+    low: f32,     // ends, from that place [m]
     high: f32,
     apart: f32,   // distance of ray and lamp [m]
     angle: f32,   // between the ends, seen from the lamp [radians]
@@ -114,21 +115,26 @@ fn stretch_of(light: GpuLight, column: Column) -> Stretch {
     return Stretch(metres, nearest, low, high, apart, angle, select(0u, wanted, is_lit));
 }
 
-// Distance of sample `i` along the ray, from where that is nearest to the lamp [m], and the length of the ray that
-// it stands for, in slices. Samples are offset by -0.5 to 0.5 in their distances.
+// Distance of sample `i` along the ray, from the place nearest to the lamp [m], and the length of ray that it
+// represents, in slices. Samples are offset by -0.5 to 0.5 of their distances.
 fn sample_of(light: GpuLight, column: Column, stretch: Stretch, i: u32) -> vec2<f32> {
     let is_local = light.kind != LIGHT_DIRECTIONAL;
     let part = (f32(i) + 0.5 + sample_offset(views[0]).x) / f32(stretch.count);
     let turn = vec2(cos(stretch.angle * part), sin(stretch.angle * part));
-    let turned = stretch.apart * dot(vec2(stretch.low, stretch.apart), turn) / dot(vec2(stretch.apart, -stretch.low), turn);
+    let turned = stretch.apart * dot(vec2(stretch.low, stretch.apart), turn)
+        / dot(vec2(stretch.apart, -stretch.low), turn);
     let at = select(mix(stretch.low, stretch.high, part), clamp(turned, stretch.low, stretch.high), is_local);
-    let share = select(stretch.high - stretch.low, (stretch.apart + at * at / stretch.apart) * stretch.angle, is_local)
+    let share = select(
+        stretch.high - stretch.low,
+        (stretch.apart + at * at / stretch.apart) * stretch.angle,
+        is_local,
+    )
         / (stretch.metres * (column.ends.y - column.ends.x) * f32(stretch.count));
     return vec2(at, share);
 }
 
-// Radiance that the air of a slice scatters back along the ray from a light, per unit of scattering optical depth:
-// the mean. What samples need is read anew for each.
+// Mean radiance that the air of a slice scatters back along the ray from a light, per unit of scattering
+// optical depth. Values that samples need are read anew for each.
 fn scattered(slice: vec3<u32>, number: u32) -> vec3<f32> {
     let count = stretch_of(light_record(number), column_of(slice)).count;
     lay_aside(ASIDE_SLICE, vec4(slice.x | (slice.y << 16u), slice.z, number, 0u));
@@ -188,7 +194,7 @@ fn air_scatter(
     open_asides(lane);
     var slice = id;
     lay_aside(ASIDE_ALL, bits_of(air_params.ambient, 0.0));
-    // The loop's end depends on more than the uniform: llvmpipe would recompile the kernel for its value.
+    // The loop's end depends on more than the uniform, for whose value llvmpipe would recompile the kernel.
     let count = min(picture_params.light_count, textureDimensions(lights).x);
     for (var i = 0u; i < count; i = aside(ASIDE_SLICE).z + 1u) {
         let stretch = scattered(slice, i);

@@ -1,5 +1,6 @@
-// air, sum: sums from the eye through the slices of a column of pixels. One invocation per column of
-// the blocks that a band sees. CPU reference: crates/gobo-reference/src/air.rs. Rust: crates/gobo-picture/src/stage/air.rs.
+// air, sum: sums from the eye through the slices of a column of pixels. One invocation per column of the
+// blocks that a band sees. CPU reference: crates/gobo-reference/src/air.rs. Rust:
+// crates/gobo-picture/src/stage/air.rs.
 
 import package::bind::changed::air_items;
 import package::bind::read::air_ends;
@@ -16,7 +17,7 @@ const THIN: f32 = 1e-3; // optical depth; the next term of the series is a sixth
 @compute @workgroup_size(8, 8)
 fn air_sum(@builtin(global_invocation_id) id: vec3<u32>) {
     if all(id.xy == vec2(0u)) {
-        // For the next band.
+        // Emptied for the next band.
         atomicStore(&air_items[0], 0u);
         atomicStore(&air_items[ITEM_COUNT], 0u);
     }

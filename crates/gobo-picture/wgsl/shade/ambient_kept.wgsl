@@ -1,4 +1,4 @@
-// The ambient light of a pixel's opaque surface is kept, with the surface, for `occlusion`.
+// Keeps the ambient light of a pixel's opaque surface, with the surface, for `occlusion`.
 
 import package::bind::stored::ambients;
 import package::records::point::{POINT_SOLID, load_point};
@@ -7,13 +7,13 @@ import package::shade::point_light::ambient;
 
 const IS_LAST: bool = false;
 
-// `index`: of the pixel in its band; `depth`: of its surface; `passed`: share of that surface's light that reaches
-// the eye.
+// `index`: of the pixel in its band; `depth`: of its surface; `passed`: share of that surface's light that
+// reaches the eye.
 fn keep_ambient(pixel: vec2<u32>, index: u32, depth: f32, passed: vec3<f32>) {
     let point = load_point(index);
     let is_surface = point.kind == POINT_SOLID;
     let light = point.albedo * (1.0 - point.metallic) * ambient(point) * passed;
-    // Spheres of particles are flat in the depths.
+    // Spherical particles have flat depths.
     let normal = select(point.face, vec3(0.0), point.reach > 0.0);
     let shown = Surroundings(select(1.0, depth, is_surface), normal, select(vec3(0.0), light, is_surface));
     textureStore(ambients, pixel, pack_surroundings(shown));

@@ -1,4 +1,4 @@
-// The picture's ambient light is not kept apart, and nothing comes behind the bands.
+// The picture's ambient light is not kept apart: no pass follows the bands.
 
 const IS_LAST: bool = true;
 

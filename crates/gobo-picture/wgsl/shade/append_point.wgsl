@@ -1,4 +1,4 @@
-// Lists of a band: appends points, and empties all.
+// Lists of a band: appends points, and empties the lists.
 
 import package::bind::changed::{layered_tiles, point_lists};
 import package::bind::uniform::band;

@@ -1,6 +1,6 @@
-// What is behind glass is seen aside, by the refraction of the eye's ray where it enters a body, and blurred, by the
-// roughness of panes: as viewers of glTF show it (KHR_materials_transmission, KHR_materials_volume), with the body's own
-// thickness. CPU reference: crates/gobo-reference/src/refraction.rs.
+// Refraction: the scene behind glass appears displaced, where the eye's ray enters a body, and blurred, by
+// the roughness of panes, as in viewers of glTF (KHR_materials_transmission, KHR_materials_volume), but with
+// the body's own thickness. CPU reference: crates/gobo-reference/src/refraction.rs.
 
 import package::bind::uniform::materials;
 import package::records::setup::{BACK_BIT, setup_texel};
@@ -8,11 +8,11 @@ import package::records::view::GpuView;
 import package::shade::layer::NOWHERE;
 import package::shade::surface::world_point;
 
-// Cosine between a ray and a face's normal at which it hardly meets the face.
+// Largest cosine between a ray and a face's normal for a ray that meets the face.
 const MIN_LEAVING: f32 = -0.05;
 
-var<private> aside: vec2<f32>;      // where what is behind is seen, from the pixel [pixels]
-var<private> blur_square: f32;      // square of the radius by which it is blurred [pixels]
+var<private> aside: vec2<f32>;      // place where the scene behind is seen, from the pixel [pixels]
+var<private> blur_square: f32;      // square of the blur's radius [pixels^2]
 var<private> entered: f32;          // light depth where the ray entered a body; NOWHERE outside
 var<private> bent: vec3<f32>;       // its direction inside, unit, world space
 
@@ -26,7 +26,8 @@ fn depth_range(view: GpuView) -> f32 {
     return view.far - view.near;
 }
 
-// The ray leaves its body at light depth `depth`; `share`: its way inside, over that of the straight ray.
+// The ray leaves its body at light depth `depth`; `share`: its length inside, as a share of the straight
+// ray's.
 fn leave(view: GpuView, pixel: vec2<f32>, depth: f32, share: f32) {
     let slope = (pixel - view.size * 0.5) / view.scale;
     let length = share * (depth - entered) * depth_range(view) * sqrt(1.0 + dot(slope, slope));
@@ -37,7 +38,15 @@ fn leave(view: GpuView, pixel: vec2<f32>, depth: f32, share: f32) {
 }
 
 // The ray meets a pane in front of the surface at light depth `behind`; `normal`: on the eye's side.
-fn bend(view: GpuView, pixel: vec2<f32>, setup: u32, depth: f32, behind: f32, normal: vec3<f32>, to_eye: vec3<f32>) {
+fn bend(
+    view: GpuView,
+    pixel: vec2<f32>,
+    setup: u32,
+    depth: f32,
+    behind: f32,
+    normal: vec3<f32>,
+    to_eye: vec3<f32>,
+) {
     let material = materials[setup_texel(setup, 4u).w];
     let range = depth_range(view);
     let blur = material.frost * (behind - depth) * range / (view.near + behind * range) * view.scale;
@@ -48,14 +57,19 @@ fn bend(view: GpuView, pixel: vec2<f32>, setup: u32, depth: f32, behind: f32, no
     let leaves = (setup_texel(setup, 3u).w & BACK_BIT) != 0u;
     if leaves && entered < NOWHERE {
         // Up to the plane of the face.
-        leave(view, pixel, depth, clamp(-dot(normal, to_eye) / min(dot(normal, bent), MIN_LEAVING), 0.5, 1.5));
+        leave(
+            view,
+            pixel,
+            depth,
+            clamp(-dot(normal, to_eye) / min(dot(normal, bent), MIN_LEAVING), 0.5, 1.5),
+        );
     } else if !leaves && entered >= NOWHERE {
         entered = depth;
         bent = refract(-to_eye, normal, 1.0 / material.ior);
     }
 }
 
-// The position and the blur of what is behind all panes, at light depth `behind`.
+// Place and blur of the scene behind all panes, at light depth `behind`.
 fn bent_by(view: GpuView, pixel: vec2<f32>, behind: f32) -> vec4<u32> {
     if entered < NOWHERE && behind < 1.0 {
         leave(view, pixel, behind, 1.0);

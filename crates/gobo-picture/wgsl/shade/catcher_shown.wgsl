@@ -1,5 +1,6 @@
-// Surfaces that show the surroundings behind them, times the share of their light that reaches them: the whole of it
-// is divided out of what `light_points` will multiply with. CPU reference: `caught` in crates/gobo-reference/src/shading/mod.rs.
+// Surfaces that show the surroundings behind them, times the share of the light that reaches them: the light
+// that `light_points` will multiply with is divided out. CPU reference: `caught` in
+// crates/gobo-reference/src/shading/mod.rs.
 
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::Point;

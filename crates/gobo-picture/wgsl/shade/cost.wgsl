@@ -1,4 +1,4 @@
-// Cost counters of a pixel, for --debug cost: its colour is then replaced by them.
+// Cost counters of a pixel, for --debug cost, where they replace its colour.
 
 import package::features::COUNT_COST;
 

@@ -7,7 +7,7 @@ import package::features::HAS_ENVIRONMENT;
 import package::records::record::record_texel;
 
 const LEVELS_AROUND: u32 = 6u; // of roughness
-const ROUGH_SIZE: u32 = 64u;   // edge of all but the first, without its border [texels]
+const ROUGH_SIZE: u32 = 64u;   // edge of all levels but the first, without their borders [texels]
 
 // `direction`: unit; `roughness`: 0 for the visible background and sharp reflections.
 fn from_around(direction: vec3<f32>, roughness: f32) -> vec3<f32> {

@@ -1,9 +1,9 @@
-// Light that surfaces send on to their far side, diffusely. CPU reference: crates/gobo-reference/src/shade/seen.rs.
+// Light that surfaces scatter to their far side. CPU reference: crates/gobo-reference/src/shade/seen.rs.
 
 import package::bind::uniform::materials;
 import package::features::{HAS_FAR_SIDES, HAS_TEXTURES};
 import package::hit::triangle::triangle_image;
-import package::records::material::{FAR_SIDE_SHIFT, GpuMaterial, NO_TEXTURE};
+import package::records::material::{GpuMaterial, NO_TEXTURE, far_side_of};
 
 struct FarSide {
     is_there: bool,
@@ -12,7 +12,7 @@ struct FarSide {
 }
 
 fn far_side(material: GpuMaterial, setup: u32, pixel: vec2<f32>, barycentric: vec3<f32>) -> FarSide {
-    let index = material.shows >> FAR_SIDE_SHIFT;
+    let index = far_side_of(material);
     if !HAS_FAR_SIDES || index == 0u {
         return FarSide(false, vec3(0.0), 1.0);
     }

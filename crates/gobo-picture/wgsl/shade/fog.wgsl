@@ -1,4 +1,5 @@
-// Volumes along the eye's ray, between the layers of a pixel. CPU reference: crates/gobo-reference/src/shade/layers.rs.
+// Volumes along the eye's ray, between the layers of a pixel. CPU reference:
+// crates/gobo-reference/src/shade/layers.rs.
 
 import package::bind::uniform::materials;
 import package::records::setup::{BACK_BIT, setup_texel};
@@ -15,7 +16,7 @@ fn start_fog(view: GpuView, pixel: vec2<f32>) {
     metres = (view.far - view.near) * sqrt(1.0 + dot(slope, slope));
 }
 
-// Advances to light depth `depth`; returns the transmittance on the way.
+// Advances to light depth `depth`; returns the transmittance of the stretch.
 fn fog_to(depth: f32) -> vec3<f32> {
     let length = max(depth - reached, 0.0) * metres;
     reached = max(reached, depth);
@@ -29,7 +30,7 @@ fn cross_face(setup: u32, depth: f32) -> vec3<f32> {
         inside += absorption;
         return vec3(1.0);
     }
-    // The eye is inside a volume that was not entered.
+    // Otherwise the eye is inside a volume that was not entered.
     let entered = all(inside >= absorption * 0.999);
     inside = select(inside, max(inside - absorption, vec3(0.0)), entered);
     return exp(-absorption * select(depth * metres, 0.0, entered));

@@ -1,5 +1,5 @@
-// Layers of a pixel, as records of `layers`: colour and pairs, transmittance, two panes, and where what is behind is
-// seen.
+// Layers of a pixel, as records of `layers`: colour and pairs, transmittance, two panes, and the place where
+// the scene behind is seen.
 
 const LAYER_TEXELS: u32 = 5u;
 

@@ -1,4 +1,4 @@
-// Panes: thin surfaces that filter what is behind them, scatter some light and mirror some. CPU reference:
+// Panes: thin surfaces that filter the light behind them, scatter some light and mirror some. CPU reference:
 // crates/gobo-reference/src/shade/mod.rs.
 
 import package::hit::hit::Hit;
@@ -15,8 +15,9 @@ fn pane_gloss(hit: Hit, material: GpuMaterial) -> Gloss {
     return Gloss(material.reflectivity * shines, max(hit.opacity, material.transmission) * shines);
 }
 
-// Share of light that a pane scatters: all that it covers where its transfer attenuates what is behind by that; else half
-// of it if it is not clear, filtering the rest. `of_emission`: what it sends, and not what it takes beside its transfer.
+// Share of light that a pane scatters: all that it covers if its transfer attenuates the light behind by as
+// much; else half of that, less the transmission, since it filters the rest. `of_emission`: the share that it
+// sends; else the share that it takes from the light behind, beyond its transfer.
 fn scattered_share(hit: Hit, material: GpuMaterial, of_emission: bool) -> f32 {
     let covers = material.transfer == TRANSFER_OVER || material.transfer == TRANSFER_SMOKE;
     let share = select(0.5 * (1.0 - material.transmission), select(0.0, 1.0, of_emission), covers);

@@ -1,4 +1,4 @@
-// What is behind glass is kept apart for `refraction`, which finds where it is seen.
+// Keeps the light behind glass apart for `refraction`, which finds where it is seen.
 
 import package::bind::sampled::layers;
 import package::bind::stored::{behinds, bends};
@@ -9,12 +9,12 @@ const REFRACTS: bool = true;
 
 // Light of the opaque surface.
 fn keep_behind(pixel: vec2<u32>, depth: f32, light: vec3<f32>) {
-    // Largest half.
+    // At most the largest half.
     textureStore(behinds, pixel, vec4(min(light, vec3(65504.0)), depth));
 }
 
-// Whether what is behind the layers is seen elsewhere. `first`: texel of the pixel's layers; `pane`: light depth of the
-// nearest pane; `passed`: share of the surface's light that reaches the eye.
+// Whether the scene behind the layers is seen displaced. `first`: texel of the pixel's layers; `pane`: light
+// depth of the nearest pane; `passed`: share of the surface's light that reaches the eye.
 fn keep_bend(pixel: vec2<u32>, first: u32, pane: f32, passed: vec3<f32>) -> bool {
     let bits = textureLoad(layers, record_texel(first + 4u), 0).xyz;
     let bend = Bend(bitcast<vec2<f32>>(bits.xy), bitcast<f32>(bits.z), pane, passed);

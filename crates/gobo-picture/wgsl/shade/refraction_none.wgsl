@@ -1,4 +1,4 @@
-// What is behind glass is seen straight through it.
+// The scene behind glass is seen straight through it.
 
 const REFRACTS: bool = false;
 

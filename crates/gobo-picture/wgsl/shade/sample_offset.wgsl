@@ -1,10 +1,12 @@
-// Offset of a picture's sample from the middles of its pixels. CPU reference: `sample_offset` in crates/gobo-reference/src/air.rs.
+// Offset of a picture's sample from the middles of its pixels. CPU reference: `sample_offset` in
+// crates/gobo-reference/src/air.rs.
 
 import package::bind::uniform::picture_params;
 import package::records::air_params::AIR_CELL;
 import package::records::view::GpuView;
 
-// [pixels], or one within a pixel that goes with the point on the lens: the shear of the camera's axis (`View::through` in src/view/mod.rs).
+// Offset [pixels]; within a pixel, the one that belongs to the point on the lens: the shear of the camera's
+// axis (`View::through` in src/view/mod.rs).
 fn sample_offset(view: GpuView) -> vec2<f32> {
     let right = picture_params.world_from_view[0].xyz;
     let up = picture_params.world_from_view[1].xyz;
@@ -13,7 +15,7 @@ fn sample_offset(view: GpuView) -> vec2<f32> {
     return select(offset, offset - round(offset), any(abs(offset) > vec2(1.0)));
 }
 
-// First column of air [pixels]: those of several samples are between each other, so that their mean is finer.
+// First column of air [pixels]: columns of several samples interleave, so that their mean is finer.
 fn air_shift(view: GpuView) -> vec2<f32> {
     return sample_offset(view) * f32(AIR_CELL);
 }

@@ -1,5 +1,6 @@
 // shade, bricks: the points of the bricks' lattices. One invocation per point. CPU reference:
-// crates/gobo-reference/src/brick_light.rs, crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// crates/gobo-reference/src/brick_light.rs, crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::NODES;
@@ -43,7 +44,7 @@ fn shade_bricks(
     let size = brick.high - brick.low;
     let edges = voxel_edges(brick);
     let anchor = grid_of(brick).anchor;
-    // Shares of whole numbers of voxels: neighbours place the points that they share alike.
+    // Shares of whole numbers of voxels: neighbours place their shared points alike.
     let position = anchor + edges * (brick.low + size * part);
     let middle = anchor + edges * (brick.low + size * 0.5);
     let radius = 0.5 * (length(edges[0]) * size.x + length(edges[1]) * size.y + length(edges[2]) * size.z);
@@ -57,7 +58,8 @@ fn shade_bricks(
     point.kind = select(POINT_NONE, POINT_BRICK, is_in_picture(view, center, radius));
     point.position = position;
     point.brick = brick_id * point_batch.own_shadow;
-    // A curve knows what is in front of a point in its own brick; else a brick is not shadowed by itself.
+    // A curve holds the occluders in front of a point in its own brick; without curves, a brick does not
+    // shadow itself.
     point.reach = select(radius, 0.0, NODES > 0u);
     let cluster = cluster_of(pixel, (along - view.near) / (view.far - view.near));
     point.cluster = select(ALL_LIGHTS, cluster, along > view.near);

@@ -1,5 +1,6 @@
 // shade, casters: centre of each visible translucent particle, as a point. One invocation per footprint of
-// the camera's view. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// the camera's view. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::sampled::{casters, rects};
 import package::bind::uniform::{materials, point_batch};
@@ -36,7 +37,7 @@ fn shade_casters(
     var point: Point;
     point.kind = select(POINT_NONE, POINT_PARTICLE, is_particle && is_seen);
     point.position = sphere.xyz;
-    // Not shadowed by itself: the bias is its radius.
+    // Does not shadow itself: the bias is its radius.
     point.reach = sphere.w;
     point.cluster = cluster_of(footprint.bounds.xy, footprint.bounds.w);
     point.receives = materials[look_material(look)].receives;

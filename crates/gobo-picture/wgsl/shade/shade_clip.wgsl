@@ -1,5 +1,5 @@
-// shade, clip: tiles of each footprint that are in a band, if the picture has too many pairs to bin at
-// once. One invocation per footprint. Rust: crates/gobo-picture/src/stage/shade.rs.
+// shade, clip: tiles of each footprint that are in a band, if the picture has too many pairs to bin at once.
+// One invocation per footprint. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::sampled::rects;
 import package::bind::stored::clipped_rects;

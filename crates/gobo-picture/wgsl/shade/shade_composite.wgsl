@@ -1,5 +1,6 @@
-// shade, composite: translucent layers over the opaque surface, and the tone curve. One invocation per
-// pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// shade, composite: translucent layers over the opaque surface, and the tone curve. One invocation per pixel
+// of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::changed::pixels;
 import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};
@@ -83,7 +84,7 @@ fn shade_composite(
         if REFRACTS && HAS_PANES {
             is_bent = keep_bend(at.pixel, first, nearest, through);
         }
-        // What is seen elsewhere is added there.
+        // Light that is seen displaced is added by `refraction`.
         through = select(through, vec3(0.0), is_bent);
         light = color + through * light;
         passed *= through;

@@ -1,6 +1,7 @@
 // shade, layers: translucent layers of each pixel of a band; one workgroup per tile that has translucent
-// casters, one invocation per pixel. Light L behind them becomes colour + passed * L. A long tile takes several rounds, each of which
-// continues where the one before ended. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// casters, one invocation per pixel. Light L behind the layers becomes colour + passed * L. A long tile takes
+// several rounds, each of which continues the one before. CPU reference:
+// crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::changed::carried;
 import package::bind::read::layered_tiles;

@@ -1,5 +1,5 @@
-// shade, panes: the two nearest panes of the pixels of a band, as points. One invocation per pane. CPU reference:
-// crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// shade, panes: the two nearest panes of the pixels of a band, as points. One invocation per pane. CPU
+// reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::sampled::layers;
 import package::bind::uniform::{band, materials, views};

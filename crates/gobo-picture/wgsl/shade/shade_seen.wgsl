@@ -1,6 +1,7 @@
 // shade, seen: nearest opaque caster of each pixel of a band; one workgroup per tile, one invocation per
-// pixel. A long tile takes several rounds, each of which continues where the one before ended: some drivers
-// bound the iterations of an invocation. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// pixel. A long tile takes several rounds, each of which continues the one before: some drivers bound the
+// iterations of an invocation. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::changed::carried;
 import package::bind::sampled::tiles;

@@ -1,11 +1,12 @@
 // shade, surfaces: visible opaque surfaces, or the sky, as points, and a list of those that are lit. One
-// invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
+// invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
+// crates/gobo-picture/src/stage/shade.rs.
 
 import choice::catcher::caught;
 import package::bind::sampled::{casters, seen_pixels};
 import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
-import package::features::{HAS_CAPSULES, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
+import package::features::{HAS_CAPSULES, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
 import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
 import package::records::capsule::capsule_of;
 import package::records::caster::{look_material, particle_object};
@@ -22,10 +23,12 @@ import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::shade::append_point::append_point;
 import package::shade::band::band_pixel;
+import package::shade::details::details_at;
 import package::shade::emission::emission_at;
 import package::shade::environment::from_around;
 import package::shade::far_side::far_side;
 import package::shade::irradiance::irradiance;
+import package::shade::point_light::ambient;
 import package::shade::shading::mirrored_solid;
 import package::shade::store_point::store_point;
 import package::shade::surface::{eye, normals_at, rounded, world_point};
@@ -40,7 +43,12 @@ fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
 }
 
 // Where the surroundings are two colours, only metal mirrors them.
-fn mirrored_around(material: GpuMaterial, albedo: vec3<f32>, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+fn mirrored_around(
+    material: GpuMaterial,
+    albedo: vec3<f32>,
+    normal: vec3<f32>,
+    to_eye: vec3<f32>,
+) -> vec3<f32> {
     if !HAS_ENVIRONMENT && material.metallic == 0.0 {
         return vec3(0.0);
     }
@@ -51,7 +59,7 @@ fn mirrored_around(material: GpuMaterial, albedo: vec3<f32>, normal: vec3<f32>, 
 
 fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32) -> Point {
     let weights = triangle_weights(setup, pixel).xyz;
-    let material = materials[setup_texel(setup, 4u).w];
+    var material = materials[setup_texel(setup, 4u).w];
     var albedo = material.tint.rgb * triangle_color(setup, weights).rgb;
     if HAS_TEXTURES && material.texture != NO_TEXTURE {
         let all_colors = shows_clear(material.transfer);
@@ -61,16 +69,19 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
     let position = world_point(view, pixel, depth);
     let to_eye = normalize(eye() - position);
     let normals = normals_at(id, setup, weights, to_eye);
-    let around = mirrored_around(material, albedo, normals.normal, to_eye);
+    let details = details_at(material, setup, pixel, weights, id, normals.normal);
+    material.roughness = details.roughness;
+    material.metallic = details.metallic;
+    let around = details.open * mirrored_around(material, albedo, details.normal, to_eye);
     let is_lit = !shows_color(material);
     let far = far_side(material, setup, pixel, weights);
     let emission = emission_at(material, setup, pixel, weights) + select(albedo, around, is_lit);
-    let point = Point(
+    var point = Point(
         select(POINT_SOLID, POINT_LEAF, far.is_there),
-        // Light from the far side is looked up in front of the facet there.
+        // Light from the far side is looked up in front of the facet, on that side.
         select(rounded(id, weights, normals.face, position), position, far.is_there),
         normals.face,
-        normals.normal,
+        details.normal,
         0.0,
         cluster_of(pixel, depth),
         material.receives,
@@ -79,12 +90,16 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         material.roughness,
         0.0,
         select(0.0, 1.0, is_lit),
-        emission + far.color * irradiance(-normals.normal),
+        emission + far.color * irradiance(-details.normal),
         material.metallic,
         pixel_number(pixel),
         0u,
         far.color,
     );
+    if HAS_DETAILS {
+        // Ambient light is added behind the lights.
+        point.emission -= (1.0 - details.open) * (1.0 - point.metallic) * point.albedo * ambient(point);
+    }
     return caught(point, shows_surroundings(material), to_eye);
 }
 
@@ -94,7 +109,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
     let material = materials[look_material(look)];
     let color = unpack_color(look.xy, material.transfer);
     let position = world_point(view, pixel, depth);
-    // Sphere-impostor normal.
+    // Normal of the sphere.
     let aside = (position - sphere.xyz) / sphere.w;
     let to_eye = normalize(eye() - position);
     var normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));

@@ -4,10 +4,10 @@ import package::bind::uniform::picture_params;
 
 const TONE_LINEAR: u32 = 1u;
 const TONE_FILMIC: u32 = 2u;
-// Light past which film is white: squares stay finite.
+// Light beyond which film is white: squares stay finite.
 const FILM_WHITE: f32 = 1e6;
 
-// All curves: llvmpipe would recompile kernels for a branch by a uniform.
+// Evaluates all curves: llvmpipe would recompile kernels for a branch by a uniform.
 fn tone_mapped(light: vec3<f32>) -> vec3<f32> {
     let tone = picture_params.tone;
     return select(select(neutral(light), light, tone == TONE_LINEAR), filmic(light), tone == TONE_FILMIC);

@@ -6,8 +6,9 @@
 >>> scene.add_light("directional", direction=(-0.4, -1, -0.3))
 >>> scene.light([[0.5, -0.1, 0.5]])   # the share of each light that reaches a point
 
-It runs on any adapter that wgpu finds (Vulkan, Metal, Direct3D 12), also on a software one such as Mesa's lavapipe, and
-otherwise on the CPU by a slow reference: ``adapter()`` says which. Nothing here has gradients.
+It runs on any adapter that wgpu finds (Vulkan, Metal, Direct3D 12), including software adapters such as
+Mesa's lavapipe, and otherwise on the CPU by a slow reference: ``adapter()`` tells which. Nothing here has
+gradients.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ __all__ = [
     "use_adapter",
 ]
 
-# Drivers and calls that were interrupted end before the interpreter does.
+# Drivers and interrupted calls end before the interpreter does.
 atexit.register(_native.finish)
 # A forked process has neither: calls say so instead of waiting for them.
 if hasattr(os, "register_at_fork"):
@@ -54,16 +55,16 @@ if hasattr(os, "register_at_fork"):
 
 
 def adapter() -> str:
-    """What scenes are rendered with: the adapter's name, its interface and its tier, or ``the CPU reference``."""
+    """The adapter's name, its interface and its tier, or ``the CPU reference``."""
     return _native.adapter_name()
 
 
 def use_adapter(backend: str = "auto", name: str | None = None) -> None:
-    """Chooses what later calls render with, in the whole process.
+    """Chooses the adapter of later calls, in the whole process.
 
     Args:
-        backend: ``"auto"``, ``"vulkan"``, ``"metal"``, ``"dx12"``, ``"gl"``, or ``"cpu"`` for the reference. ``"auto"`` takes
-            it where there is no adapter.
+        backend: ``"auto"``, ``"vulkan"``, ``"metal"``, ``"dx12"``, ``"gl"``, or ``"cpu"`` for the reference.
+            ``"auto"`` takes the reference if there is no adapter.
         name: part of the adapter's name; case does not matter.
     """
     _native.use_adapter(backend, name)
@@ -75,7 +76,7 @@ def load(path: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None, 
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the program ``gobo``, once in a process: what ``python -m gobo_shadows`` does.
+    """Runs the program ``gobo``, once in a process, like ``python -m gobo_shadows``.
 
     Args:
         arguments: without the program's name. Default: those of this process.

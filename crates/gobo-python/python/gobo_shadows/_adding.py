@@ -1,4 +1,4 @@
-"""What scenes are made of: casters and lights from arrays and dictionaries."""
+"""Contents of scenes: casters and lights from arrays and dictionaries."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ MaterialLike = Union[str, Mapping[str, Any], None]
 class Material(dict[str, Any]):
     """A material: the keys of a ``[[material]]`` table of docs/scene.md.
 
-    The most used: ``transfer`` (``"filter"``, ``"stain"``, ``"smoke"``, ``"over"``, ``"gain"``, ``"none"``, ``"opaque"``,
-    ``"cutout"``, ``"dither"``), ``tint`` (linear rgba, 0 to 1), ``shape`` (``"disc"``, ``"quad"``, ``"puff"``), ``profile``
-    (``"soft"``, ``"flat"``), ``texture`` (a file, or an array of (H, W, 3) or (H, W, 4) bytes), ``reflectivity``,
-    ``attenuation_color`` and ``attenuation_distance`` [m]. A plain dictionary is as good.
+    The most used: ``transfer`` (``"filter"``, ``"stain"``, ``"smoke"``, ``"over"``, ``"gain"``, ``"none"``,
+    ``"opaque"``, ``"cutout"``, ``"dither"``), ``tint`` (linear rgba, 0 to 1), ``shape`` (``"disc"``,
+    ``"quad"``, ``"puff"``), ``profile`` (``"soft"``, ``"flat"``), ``texture`` (a file, or an array of (H, W,
+    3) or (H, W, 4) bytes), ``reflectivity``, ``attenuation_color`` and ``attenuation_distance`` [m]. A plain
+    dictionary works, too.
     """
 
     def __init__(self, **keys: Any) -> None:
@@ -34,8 +35,8 @@ class Gaussians:
     """Gaussians of a scene, as ``add_gaussians`` returns them: for ``relight``.
 
     Attributes:
-        rows: rows that were given.
-        count: those that the scene has.
+        rows: number of given rows.
+        count: number of Gaussians in the scene.
         skipped: rows that were left out, by reason.
     """
 
@@ -64,7 +65,7 @@ class Gaussians:
 
 
 class Contents:
-    """The part of a scene to which things are added."""
+    """The part of a scene that adds contents."""
 
     _native: _native.Scene
 
@@ -83,16 +84,17 @@ class Contents:
 
         Args:
             positions: (N, 3) centres, world space [m].
-            radius: one or (N,), above 0 [m]: of the disc or puff, half the side of a quad. Default: the material's.
-            color: linear rgb or rgba, 0 to 1 (16 with the transfer ``"gain"``): (3,), (4,), (N, 3) or (N, 4). It multiplies
-                the material's tint.
-            opacity: one or (N,), 0 to 1; of a colour without alpha. Default 1.
+            radius: one or (N,), above 0 [m]: of the disc or puff, half the side of a quad. Default: the
+                material's.
+            color: linear rgb or rgba, 0 to 1 (16 with the transfer ``"gain"``): (3,), (4,), (N, 3) or (N, 4).
+                It multiplies the material's tint.
+            opacity: one or (N,), 0 to 1, for a colour without alpha. Default 1.
             material: name of a material of the scene, or a dictionary.
             rotation: one or (N,), of quads about the ray from the light [radians].
             keys: of a material: ``transfer="stain", profile="flat"``.
 
         Returns:
-            Number of particles that were added.
+            Number of added particles.
         """
         made, texture = self._material(material, keys)
         if radius is None:
@@ -125,17 +127,17 @@ class Contents:
         Args:
             means: (N, 3) centres, world space [m].
             quats: (N, 4) rotations from the Gaussian's space to the world, **w, x, y, z**; any length but 0.
-            scales: (N, 3) standard deviations, linear (``exp`` of what is trained), at least 0 [m].
-            opacities: (N,) or (N, 1), 0 to 1 (``sigmoid`` of what is trained).
-            colors: (N, 3) linear rgb, 0 to 1; of spherical harmonics ``0.5 + 0.2820948 * sh[:, 0]``. What is outside is
-                clamped, as it is where a file is read.
-            cast: ``"neutral"``: they filter light as if they were black; ``"own"``: in their own colours; ``"none"``: they
-                cast no shadow.
+            scales: (N, 3) standard deviations, linear (``exp`` of trained values), at least 0 [m].
+            opacities: (N,) or (N, 1), 0 to 1 (``sigmoid`` of trained values).
+            colors: (N, 3) linear rgb, 0 to 1; for spherical harmonics ``0.5 + 0.2820948 * sh[:, 0]``. Values
+                outside are clamped, as in files.
+            cast: ``"neutral"``: they filter light as if they were black; ``"own"``: in their own colours;
+                ``"none"``: they cast no shadow.
             density: extinction [1/m] of opacity 1, for a medium instead of splats (docs/gaussians.md).
             material: name or dictionary; ``keys``: of a material. Its tint multiplies colours and opacities.
 
         Returns:
-            What ``relight`` takes.
+            An argument for ``relight``.
         """
         if cast not in ("neutral", "own", "none"):
             raise InputError(f"cast is {cast!r}", 'use "neutral", "own" or "none"')
@@ -186,7 +188,7 @@ class Contents:
             keys: of a material.
 
         Returns:
-            Number of triangles that were added.
+            Number of added triangles.
         """
         made, texture = self._material(material, keys)
         corners = as_rows(vertices, "vertices", 3, origin=self._native.origin)
@@ -225,7 +227,7 @@ class Contents:
             keys: of a material.
 
         Returns:
-            Number of triangles that were added.
+            Number of added triangles.
         """
         made, texture = self._material(material, keys)
         place = np.subtract(as_vector(translation, "translation"), self._native.origin).tolist()
@@ -250,14 +252,16 @@ class Contents:
         """Adds a grid of voxels.
 
         Args:
-            density: (X, Y, Z), indexed ``density[x, y, z]``, at least 0: values at the centres of voxels, trilinear between
-                them, 0 outside. (An array of images, ``[z, y, x]``, is ``array.transpose(2, 1, 0)``.) (X, Y, Z, 3): what absorbs
-                red, green and blue.
-            spacing: distance of neighbours, one or along x, y and z [m].
+            density: (X, Y, Z), indexed ``density[x, y, z]``, at least 0: values at the centres of voxels,
+                trilinear between them, 0 outside. (An array of images, ``[z, y, x]``, is ``array.transpose(2,
+                1, 0)``.) (X, Y, Z, 3): densities that absorb red, green and blue.
+            spacing: distance between neighbours, one or along x, y and z [m].
             origin: world position of the centre of voxel [0, 0, 0] [m].
-            matrix: (4, 4), world space [m] from indices, instead of the two.
-            factor: optical depth of a metre of density 1 [1/m]: light falls by ``exp(-factor * integral of density * color)``.
-            color: extinction by channel, 0 to 1, times the densities. albedo: linear rgb, 0 to 1: what the picture shows of it.
+            matrix: (4, 4), world space [m] from indices, instead of ``spacing`` and ``origin``.
+            factor: optical depth of a metre of density 1 [1/m]: light falls by ``exp(-factor * integral of
+                density * color)``.
+            color: extinction per channel, 0 to 1, times the densities. albedo: linear rgb, 0 to 1, in the
+                picture.
             anisotropy: of the scattered light, -0.95 to 0.95.
             casts: whether it casts a shadow. visible: whether the picture shows it.
 
@@ -296,9 +300,10 @@ class Contents:
         Args:
             kind: ``"directional"`` with ``direction`` (in which light travels), ``"spot"`` with ``position`` [m],
                 ``direction`` and ``angle`` (of the whole cone [degrees]), or ``"point"`` with ``position``.
-            keys: also ``name``, ``color`` (linear rgb), ``intensity`` (default 3), ``near`` and ``far`` [m], ``size`` of its
-                maps [texels], ``casts``, ``cascades``, and ``source``: the surface of an area light, such as
-                ``{"kind": "sphere", "radius": 0.1}`` or, of a directional light, ``{"kind": "sun", "angle": 0.53}``.
+            keys: also ``name``, ``color`` (linear rgb), ``intensity`` (default 3), ``near`` and ``far`` [m],
+                ``size`` of its maps [texels], ``casts``, ``cascades``, and ``source``: the surface of an area
+                light, such as ``{"kind": "sphere", "radius": 0.1}`` or, for a directional light, ``{"kind":
+                "sun", "angle": 0.53}``.
 
         Returns:
             Number of the light.

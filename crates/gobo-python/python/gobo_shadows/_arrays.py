@@ -1,20 +1,21 @@
-"""Arrays of callers, checked and in the types that the compiled part reads."""
+"""Arrays of callers, checked and converted to the types of the compiled part."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from .errors import InputError
+from .errors import GoboWarning, InputError
 
 # Device types of DLPack whose memory this process can read: the CPU, and pinned memory of CUDA and ROCm.
 _READABLE = (1, 3, 11)
 
 
 def as_array(value: Any, name: str) -> np.ndarray:
-    """Any array as one of numpy, without a copy where it is one already."""
+    """Any array as a numpy array, without a copy if it is one already."""
     if isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{name} is masked", "pass filled() of it")
     if isinstance(value, np.ndarray):
@@ -29,7 +30,12 @@ def as_array(value: Any, name: str) -> np.ndarray:
             raise InputError(f"{name} has no memory to read: {error}", "copy it to the CPU first: tensor.cpu()") from error
         if kind not in _READABLE:
             where = getattr(value, "device", f"a device of DLPack's kind {kind}")
-            raise InputError(f"{name} is on {where}", "copy it to the CPU first: tensor.cpu(), or cupy.asnumpy")
+            # torch's tensors, and cupy's arrays.
+            copied = getattr(value, "cpu", None) or getattr(value, "get", None)
+            if not callable(copied):
+                raise InputError(f"{name} is on {where}", "copy it to the CPU first")
+            warnings.warn(f"{name} is on {where}, and is copied to the CPU", GoboWarning, stacklevel=2)
+            value = copied()
         if not hasattr(value, "__array__"):
             return np.from_dlpack(value)
     try:
@@ -39,7 +45,7 @@ def as_array(value: Any, name: str) -> np.ndarray:
 
 
 def as_numbers(value: Any, name: str, dtype: Any = np.float32) -> np.ndarray:
-    """A contiguous array of `dtype`: the caller's own where it is one."""
+    """A contiguous array of `dtype`: the caller's own if it is one."""
     array = as_array(value, name)
     if array.dtype.kind not in "fiu":
         if array.size or array.dtype.kind != "O":

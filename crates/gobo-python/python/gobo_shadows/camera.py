@@ -40,9 +40,9 @@ class Camera:
     up: tuple[float, float, float]
     fov: float
     size: tuple[int, int]
-    #: Part of the rendered picture that is kept: first column and row, width and height [pixels]. ``None``: all.
+    #: Kept part of the rendered picture: first column and row, width and height [pixels]. ``None``: all.
     crop: tuple[int, int, int, int] | None
-    #: How far right of and below its middle the axis meets the rendered picture [pixels], at most half a pixel.
+    #: Offset right and down from the rendered picture's middle to the axis [pixels], at most half a pixel.
     shift: tuple[float, float]
 
     def __init__(
@@ -80,14 +80,14 @@ class Camera:
         """The camera of a pose and a focal length.
 
         Args:
-            world_from_camera: (4, 4) or (3, 4): columns are the camera's axes and its position, world space [m]. A
-                rotation and a uniform scale at most.
+            world_from_camera: (4, 4) or (3, 4): columns are the camera's axes and its position, world space
+                [m]; at most a rotation and a uniform scale.
             focal: focal length [pixels], or two that are equal, along x and y.
             size: width and height of the picture [pixels].
-            center: principal point [pixels], (0, 0) at the upper left corner of the picture. Default: the middle. More than half
-                a pixel off it a larger picture is rendered and cut.
-            convention: ``"opengl"``: the camera looks along -z with +y up (nerfstudio, Blender); ``"opencv"``: along
-                +z with +y down (COLMAP, gsplat).
+            center: principal point [pixels], (0, 0) at the upper left corner of the picture. Default: the
+                middle. If it is more than half a pixel off, a larger picture is rendered and cropped.
+            convention: ``"opengl"``: the camera looks along -z with +y up (nerfstudio, Blender);
+                ``"opencv"``: along +z with +y down (COLMAP, gsplat).
         """
         matrix = as_numbers(world_from_camera, "world_from_camera", np.float64)
         if matrix.shape not in ((4, 4), (3, 4)):
@@ -113,7 +113,8 @@ class Camera:
             x, y = as_few(center, "center", 2)
             if not (0 <= x <= width and 0 <= y <= height):
                 raise InputError(f"the principal point is {(x, y)}", "it must be in the picture")
-            # What is rendered beside the picture, so that the principal point is in the middle, and what is left over.
+            # Margin rendered beside the picture, so that the principal point is in the middle, and the rest
+            # of the shift.
             first_x, first_y = round(max(width - 2 * x, 0)), round(max(height - 2 * y, 0))
             last_x, last_y = round(max(2 * x - width, 0)), round(max(2 * y - height, 0))
             shift = (x - (width + last_x - first_x) / 2, y - (height + last_y - first_y) / 2)
@@ -125,7 +126,7 @@ class Camera:
                 f"{width} x {height} pixels are needed, for what is off the middle", "scale the size, focal and center down"
             )
         fov = math.degrees(2 * math.atan(height / (2 * focal_y)))
-        # Of the length of the world's numbers, so that rounding to 32 bits does not turn it.
+        # As long as the world's numbers, so that rounding to 32 bits does not turn it.
         reach = max(1.0, float(np.abs(eye).max()))
         camera = cls(eye.tolist(), (eye + forward * reach).tolist(), up.tolist(), fov, (width, height))
         camera.crop, camera.shift = crop, shift
@@ -136,12 +137,12 @@ class Camera:
         """A camera of nerfstudio's, or instant-ngp's, ``transforms.json``.
 
         Args:
-            transforms: the file, or what it holds.
+            transforms: the file, or its contents.
             frame: number of the frame, or (the end of) its ``file_path``.
             scale: size of the picture as a share of the image's.
 
-        Lens distortion is not rendered: a warning says so. The camera stands in the space of the file's matrices: for splats that
-        nerfstudio exported, apply its ``dataparser_transforms.json`` first.
+        Lens distortion is not rendered: a warning says so. The camera stands in the space of the file's
+        matrices: for splats that nerfstudio exported, apply its ``dataparser_transforms.json`` first.
         """
         path: str | None = None
         if not isinstance(transforms, Mapping):
@@ -353,7 +354,7 @@ def _colmap_image(folder: Path, wanted: int | str) -> _ColmapImage:
 
 
 def _text_images(path: Path) -> Any:
-    # Of each image the first line; the second has its points.
+    # The first line of each image; the second has its points.
     for line in _lines(path)[::2]:
         words = line.split(maxsplit=9)
         if words:

@@ -1,4 +1,4 @@
-"""What can go wrong. Every error says what to do about it, where that is known."""
+"""Errors and warnings. Every error states its remedy, if one is known."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class GoboError(Exception):
 
 
 class InputError(GoboError, ValueError):
-    """An array, a table or a number that cannot be used."""
+    """An invalid array, table or number."""
 
 
 class SceneError(GoboError):
-    """A file that cannot be read or is not valid.
+    """A file that cannot be read or is invalid.
 
     Attributes:
         path: the file, or ``None``.
@@ -39,7 +39,7 @@ class SceneError(GoboError):
 
 
 class AdapterError(GoboError):
-    """No adapter that can be used, or one whose limits are too small."""
+    """No usable adapter, or one whose limits are too small."""
 
 
 class DeviceError(GoboError):
@@ -51,4 +51,7 @@ class OutOfMemoryError(GoboError, MemoryError):
 
 
 class GoboWarning(UserWarning):
-    """What was left out or not read. ``warnings.simplefilter("error", GoboWarning)`` makes it an error."""
+    """Inputs left out, not read, or copied from a GPU.
+
+    ``warnings.simplefilter("error", GoboWarning)`` makes it an error.
+    """

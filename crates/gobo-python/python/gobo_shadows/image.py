@@ -14,8 +14,8 @@ from .errors import InputError
 class Image(np.ndarray):
     """Linear light of a picture: an array of shape (H, W, 3), float32, rows from the top.
 
-    ``srgb`` holds the same picture as it is shown, (H, W, 3) bytes: after exposure and tone curve, in sRGB.
-    A notebook shows it; ``save`` writes it. What is computed from an image is a plain array of light, which has no
+    ``srgb`` holds the displayed picture, (H, W, 3) bytes: after exposure and tone curve, in sRGB. A notebook
+    shows it; ``save`` writes it. Results of computations with an image are plain arrays of light, without
     ``srgb``.
     """
 

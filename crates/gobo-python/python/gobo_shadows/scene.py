@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -27,18 +27,19 @@ LightLike = Union[str, int]
 class Scene(Contents):
     """Casters and lights.
 
-    World space is right-handed with y up, in metres; colours are linear. Rows that cannot be used (numbers that are not
-    finite, positions beyond 1e7 m, radii that are not positive, colours or opacities out of range) are left out, counted in
-    ``skipped`` and told of by a ``GoboWarning``; they change nothing else.
+    World space is right-handed with y up, in metres; colours are linear. Invalid rows (numbers that are not
+    finite, positions beyond 1e7 m, radii that are not positive, colours or opacities out of range) are left
+    out, counted in ``skipped`` and reported by a ``GoboWarning``; they change nothing else.
 
-    Scenes are independent of each other. Long calls release the interpreter's lock, so that threads work with several scenes at
-    once; calls of one scene wait for each other. Nothing here has gradients.
+    Scenes are independent of each other. Long calls release the interpreter's lock, so that threads work with
+    several scenes at once; calls of one scene wait for each other. Nothing here has gradients.
 
     Args:
-        origin: world position [m] that is subtracted from all positions before they are rounded to 32 bits: near the
-            scene, for one that is far from (0, 0, 0). Results are in world space all the same.
-        tables: ``shadow``, ``environment``, ``air``, ``mask`` and ``clusters``, each a dictionary with the keys of docs/scene.md:
-            ``Scene(shadow={"size": 2048, "receiver": "curve"})``. The default is that of a scene file without the table.
+        origin: world position [m] that is subtracted from all positions before they are rounded to 32 bits: a
+            point close to the scene, for a scene far from (0, 0, 0). Results are in world space all the same.
+        tables: ``shadow``, ``environment``, ``air``, ``mask`` and ``clusters``, each a dictionary with the
+            keys of docs/scene.md: ``Scene(shadow={"size": 2048, "receiver": "curve"})``. The default is that
+            of a scene file without the table.
     """
 
     def __init__(self, *, origin: Sequence[float] = (0.0, 0.0, 0.0), **tables: Mapping[str, Any] | None) -> None:
@@ -46,15 +47,16 @@ class Scene(Contents):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None, ground: bool = True) -> Scene:
-        """Reads a file: a scene (.toml), a model (.glb, .gltf), particles (.ply, .csv), splats (.ply, .splat, .spz, .sog) or
-        a volume (.vdb).
+        """Reads a file: a scene (.toml), a model (.glb, .gltf), particles (.ply, .csv), splats (.ply, .splat,
+        .spz, .sog) or a volume (.vdb).
 
         Args:
             path: the file.
             set: values that replace those of the file: ``{"shadow.size": 512, "light.sun.intensity": 2}``.
             ground: whether a model, particles, splats or a volume alone get a floor to cast their shadow on.
 
-        What of the file is not read is listed in ``notes``. A file without lights has a sun; ``remove_lights`` removes it.
+        ``notes`` lists the unread parts of the file. A file without lights has a sun; ``remove_lights``
+        removes it.
         """
         scene = cls.__new__(cls)
         values = [(str(key), _toml(value)) for key, value in (set or {}).items()]
@@ -65,38 +67,48 @@ class Scene(Contents):
         return scene
 
     def configure(self, **tables: Mapping[str, Any] | None) -> None:
-        """Sets whole tables anew: ``shadow``, ``environment``, ``air``, ``mask``, ``clusters``. Keys that a table leaves out
-        take their defaults."""
+        """Sets whole tables anew: ``shadow``, ``environment``, ``air``, ``mask``, ``clusters``. Keys that a
+        table leaves out take their defaults."""
         self._native.configure(_tables(tables))
 
     def remove_lights(self) -> None:
-        """Removes all lights, such as the sun of a file that has none."""
+        """Removes all lights, including the default sun of a file without lights."""
         self._native.remove_lights()
 
     def set_time(self, seconds: float) -> None:
-        """Sets what moves in a file to a time [s]."""
+        """Sets the time of a file's animation [s]."""
         if not 0 <= seconds < 1e9:
             raise InputError(f"the time is {seconds!r}", "give seconds from the start")
         self._native.set_time(seconds)
 
-    def render(self, camera: CameraLike = None, *, size: Sequence[int] | None = None, **keys: Any) -> Image:
+    def render(
+        self,
+        camera: CameraLike = None,
+        *,
+        size: Sequence[int] | None = None,
+        progress: Callable[[float], object] | None = None,
+        **keys: Any,
+    ) -> Image:
         """The lit picture.
 
         Args:
             camera: default: the scene's own, or one that sees everything.
             size: width and height [pixels], instead of the camera's.
-            keys: of a ``[camera]`` table of docs/scene.md: ``samples`` per pixel (default 4), ``exposure`` [stops], ``tone``,
-                ``occlusion``, ``bloom``, ``lens`` [m], ``focus`` [m].
+            progress: called with the share that is done, 0 to 1, after the maps and each sample, in a thread of its own; an
+                exception that it raises ends the work and is raised here.
+            keys: of a ``[camera]`` table of docs/scene.md: ``samples`` per pixel (default 4), ``exposure``
+                [stops], ``tone``, ``occlusion``, ``bloom``, ``lens`` [m], ``focus`` [m].
 
         Returns:
-            (H, W, 3) float32: linear light, before exposure and tone curve; ``srgb`` of it is the picture as it is shown.
+            (H, W, 3) float32: linear light, before exposure and tone curve; its ``srgb`` is the displayed
+            picture.
         """
         look = self._look(camera, size, keys)
         seconds = self._native.estimate(look)
         if seconds is not None and seconds > LONG:
             remedy = "fewer samples, smaller pictures and maps take less"
             warnings.warn(f"the CPU reference will take about {seconds:.0f} s: {remedy}", GoboWarning, stacklevel=2)
-        light, srgb, messages = self._native.render(look)
+        light, srgb, messages = self._native.render(look, progress)
         for message in messages:
             warnings.warn(message, GoboWarning, stacklevel=2)
         if camera is not None and camera.crop is not None and size is None:
@@ -117,23 +129,25 @@ class Scene(Contents):
 
         Args:
             light: name or number.
-            view: its name or number, of a light with several: the six faces of a point light's cube (``"px"``, ``"nx"``, ...),
-                the cascades of a sun.
-            curve: nodes of curves (4, 8 or 16), ``True`` for 8 and ``False`` for none. Default: as the scene's ``shadow`` has it.
-            camera: which cascades follow, and which may halve maps of lights that are small in the picture
-                (``size`` of the light says otherwise).
+            view: its name or number, for a light with several: the six faces of a point light's cube
+                (``"px"``, ``"nx"``, ...), the cascades of a sun.
+            curve: nodes of curves (4, 8 or 16), ``True`` for 8 and ``False`` for none. Default: that of the
+                scene's ``shadow``.
+            camera: cascades follow it, and lights that are small in its picture may have half their maps'
+                size (unless the light sets ``size``).
 
         Returns:
-            A dictionary. Rows are from the top; light depth is 0 at the near and 1 at the far plane, linear along the view axis.
+            A dictionary. Rows are from the top; light depth is 0 at the near and 1 at the far plane, linear
+            along the view axis.
 
             - ``filter``: (H, W, 3) float32, product of the filters in front of the opaque surface.
-            - ``nearest``: (H, W), light depth of the nearest translucent hit, 1 where there is none.
-            - ``opaque``: (H, W), light depth of the nearest opaque surface, 1 where there is none.
-            - ``curve``: (H, W, K, 5), where there are curves: start and end of each ramp [light depth] and the light behind it,
-              linear rgb; unused nodes start at 2.
-            - ``colored``: (H, W, 3), ``opaque`` by channel, with coloured dithering.
+            - ``nearest``: (H, W), light depth of the nearest translucent hit, 1 without one.
+            - ``opaque``: (H, W), light depth of the nearest opaque surface, 1 without one.
+            - ``curve``: (H, W, K, 5), if there are curves: start and end of each ramp [light depth] and the
+              light behind it, linear rgb; unused nodes start at 2.
+            - ``colored``: (H, W, 3), ``opaque`` per channel, with coloured dithering.
             - ``clip_from_world``, ``view_from_world``: (4, 4) float64, for ``matrix @ [x, y, z, 1]``.
-            - ``near``, ``far`` [m]; ``kind``; ``position`` [m] or ``direction`` of the light; ``view``: its name.
+            - ``near``, ``far`` [m]; ``kind``; the light's ``position`` [m] or ``direction``; ``view``: its name.
 
             The arrays have the bits of ``gobo render --maps``.
         """
@@ -171,25 +185,26 @@ class Scene(Contents):
 
         Args:
             points: (N, 3) world positions [m].
-            normals: (N, 3), of any length; points without take no normal offset.
+            normals: (N, 3), of any length; points without normals have no normal offset.
 
         Returns:
-            (N, lights, 3) float32, linear rgb in the order of ``lights``: 1 where nothing is between, without falloff and cosine.
+            (N, lights, 3) float32, linear rgb in the order of ``lights``: 1 where nothing is between, without
+            falloff and cosine.
         """
         places = as_rows(points, "points", 3, origin=self._native.origin)
         return self._native.light(places, None if normals is None else as_rows(normals, "normals", 3))
 
     def relight(self, gaussians: Gaussians | None = None, *, factors: bool = False) -> np.ndarray:
-        """Colours of Gaussians in the light of the scene, ambient light included, as ``gobo relight`` computes them.
+        """Colours of Gaussians in the scene's light, ambient light included, like those of ``gobo relight``.
 
         Args:
-            gaussians: what ``add_gaussians`` returned. Default: all of the scene, in its order.
-            factors: whether to return the factors alone, for colours of other kinds: multiply every coefficient of spherical
-                harmonics by them.
+            gaussians: the result of ``add_gaussians``. Default: all of the scene, in its order.
+            factors: whether to return only the factors, for colours of other kinds: multiply every
+                coefficient of spherical harmonics by them.
 
         Returns:
-            (N, 3) float32, a row for each that was given: its colour, in 0 to 1, times the light that reaches it. Rows that were
-            left out keep their colours (or have the factor 1).
+            (N, 3) float32, a row for each given Gaussian: its colour, in 0 to 1, times the light that reaches
+            it. Rows that were left out keep their colours (or have the factor 1).
         """
         if gaussians is None:
             start, end = 0, self._native.counts["gaussians"]
@@ -212,7 +227,8 @@ class Scene(Contents):
 
     @property
     def camera(self) -> Camera | None:
-        """The scene's own camera, or ``None``: calls without one then see everything. Set it to place it."""
+        """The scene's own camera, or ``None``: calls without one then see everything. Assign one to place
+        it."""
         found = self._native.camera
         if found is None:
             return None
@@ -232,22 +248,23 @@ class Scene(Contents):
 
     @property
     def counts(self) -> dict[str, int]:
-        """What the scene has: ``particles``, ``gaussians``, ``triangles``, ``bricks``, ``strands``, ``lights``, ..."""
+        """Numbers of ``particles``, ``gaussians``, ``triangles``, ``bricks``, ``strands``, ``lights``, ..."""
         return self._native.counts
 
     @property
     def skipped(self) -> dict[str, int]:
-        """What was left out, by reason."""
+        """Numbers of inputs that were left out, by reason."""
         return self._native.skipped
 
     @property
     def notes(self) -> list[str]:
-        """What of its file is not read, a sentence each."""
+        """Unread parts of its file, a sentence each."""
         return self._native.notes
 
     @property
     def bounds(self) -> np.ndarray | None:
-        """(2, 3): lowest and highest corner of all casters and receivers, world space [m]. ``None`` of an empty scene."""
+        """(2, 3): lowest and highest corner of all casters and receivers, world space [m]; ``None`` if
+        empty."""
         found = self._native.bounds
         return None if found is None else np.array(found)
 
@@ -283,7 +300,7 @@ def _tables(tables: Mapping[str, Mapping[str, Any] | None]) -> dict[str, Any]:
 
 
 def _toml(value: Any) -> str:
-    """A value as the command line's --set has it."""
+    """A value in the format of the command line's --set."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (list, tuple, np.ndarray)):

@@ -1,4 +1,4 @@
-//! What a ray meets: a hit, or the face of a volume.
+//! Result of a ray's test against a caster: a hit, or the face of a volume.
 use glam::{IVec3, Vec2, Vec3};
 use gobo::records::{FIXED_ONE, GpuView};
 
@@ -7,7 +7,7 @@ use gobo::records::{FIXED_ONE, GpuView};
 pub struct Hit {
     /// Transmittance, per channel.
     pub light: Vec3,
-    /// 1 - transmittance, with full precision where the transmittance is next to 1.
+    /// 1 - transmittance, in full precision where the transmittance is close to 1.
     pub absorbed: Vec3,
     /// Light added by `over`, per channel.
     pub added: Vec3,
@@ -15,18 +15,20 @@ pub struct Hit {
     pub color: Vec3,
     /// Opacity `a`.
     pub opacity: f32,
-    /// What sets depths: the opacity, or the light that `stain` and `gain` change without any.
+    /// Strength by which the hit sets depths: the opacity, or the light that `stain` and `gain` change
+    /// without opacity.
     pub presence: f32,
     /// Light depth, 0..=1.
     pub depth: f32,
-    /// Ramp of a curve, in light depth: up to where the whole hit is in front.
+    /// Ramp of the hit in a curve, in light depth: behind its end, the whole hit is in front.
     pub start: f32,
+    /// Light depth from which on the whole hit is in front.
     pub end: f32,
 }
 
 /// Crossing of a ray with the surface of a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
+pub struct SurfaceCrossing {
     /// Light depth, at most that of the ray's end.
     pub depth: f32,
     /// Length of the ray from light depth 0 to 1 \[m\].
@@ -41,13 +43,14 @@ pub struct Face {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crossing {
     /// Optical depth from the near plane to the face, in fixed point and modulo 2^32; negative for a face
-    /// that looks towards the light.
+    /// towards the light.
     pub tau: IVec3,
     /// 1 if the ray leaves the volume, -1 if it enters.
     pub leaves: i32,
 }
 
-impl Face {
+impl SurfaceCrossing {
+    /// The face's part in the sums of a ray.
     pub fn crossing(&self) -> Crossing {
         let tau = modular(self.depth * self.metres * self.absorption * FIXED_ONE) * self.leaves;
         Crossing { tau, leaves: self.leaves }
@@ -61,7 +64,7 @@ pub fn metres_per_depth(view: &GpuView, texel: Vec2) -> f32 {
     (view.far - view.near) * stretch
 }
 
-/// Nearest integers, modulo 2^32. Exact: the wraps are powers of two.
+/// Nearest integers, modulo 2^32. Exact: the moduli are powers of two.
 fn modular(v: Vec3) -> IVec3 {
     const WRAP: f32 = 4_294_967_296.0;
     let rounded = v.round();

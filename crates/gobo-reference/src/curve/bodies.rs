@@ -1,19 +1,19 @@
-//! CPU reference of `wgsl/curve/bodies.wgsl`: bodies, puffs and stretches of volumes, in which light falls
-//! exponentially.
+//! CPU reference of `wgsl/curve/bodies.wgsl`: bodies, that is puffs and stretches of volumes, in which light
+//! falls exponentially.
 //!
-//! Ramps are linear. While a curve has a free node, its ramp that bends most becomes two, with the light in
-//! the middle of the body between them; no other node changes. So what is exact stays exact, and halves of
-//! halves approach the exponential: a body of transmittance T in n equal ramps is off by at most
-//! `(1 - T^(1/n))^2 / 2` in its brightest one, next to the middle of that.
+//! Ramps are linear. While a curve has a free node, its most bent ramp is split in two, with the light at the
+//! middle of the body between them; no other node changes. Exact nodes stay exact, and repeated halving
+//! approaches the exponential: n equal ramps of a body of transmittance T are off by at most `(1 - T^(1/n))^2
+//! / 2`, near the middle of the brightest one.
 use super::{MAX_NODES, Node, Streaming};
 use glam::Vec3;
 
-/// Least difference between the square roots of the light in front of a body and behind it at which it is
-/// worth two nodes: in its middle, the line is off by half of its square.
+/// Least difference between the square roots of the light in front of a body and behind it for which two
+/// nodes are worthwhile: a single line is off by half of its square in the middle.
 pub const MIN_BEND: f32 = 0.0625;
-/// Shortest ramp that becomes two \[fixed point\].
+/// Shortest ramp that is split \[fixed point\].
 pub const SHORTEST: u32 = 4;
-/// Square root of the light that black counts as, 1/2048.
+/// Least square root of light: black counts as 1/2048.
 pub const MIN_ROOT: f32 = 0.022_097_087;
 
 impl Streaming {
@@ -35,7 +35,7 @@ impl Streaming {
         }
     }
 
-    /// Index of the body that bends most, and the light in its middle.
+    /// Index of the most bent body, and the light in its middle.
     fn most_bent(&self) -> Option<(usize, Vec3)> {
         let mut most = None;
         let (mut bend, mut before) = (MIN_BEND, Vec3::ONE);

@@ -1,12 +1,12 @@
-//! Nodes of a list as they are stored in maps. CPU reference of `wgsl/curve/{node,stored}.wgsl`.
+//! Nodes of a list in the format of maps. CPU reference of `wgsl/curve/{node,stored}.wgsl`.
 use crate::resolve::BLACK;
 use glam::{BVec3, Vec3};
 use gobo::records::curve::{LEAST, PackedNode, packed, unpack};
 
-/// Stores nodes of which the light behind each is known, in order: what rounding takes, the next node gives back.
+/// Stores nodes in order, given the light behind each: the next node corrects the rounding of the last.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Storing {
-    /// Light behind the nodes that were stored.
+    /// Light behind the nodes stored so far.
     left: Vec3,
     grows: bool,
 }
@@ -16,7 +16,8 @@ impl Storing {
         Self { left: Vec3::ONE, grows }
     }
 
-    /// Node from `start`, in fixed point, behind which `light` is left. `start` 0: an unused one, which passes all.
+    /// Node from `start`, in fixed point, with `light` behind it. `start` 0: an unused node, which passes all
+    /// light.
     pub(crate) fn store(&mut self, start: u32, length: f32, light: Vec3) -> PackedNode {
         let passed = light / self.left.max(Vec3::splat(1e-9));
         let dark = light.cmplt(Vec3::splat(BLACK)) & BVec3::splat(!self.grows);
@@ -27,8 +28,8 @@ impl Storing {
     }
 }
 
-/// Light behind nodes that can be stored. Where a late hit brightened what is behind it, the nodes before it are too
-/// dark; where light grows from black, they keep the least from which it can.
+/// Light behind nodes that the format can express. Where a late hit brightened the light behind it, the nodes
+/// before it are too dark; where light grows from black, they keep the least value from which it can.
 pub(super) fn storable(light: &mut [Vec3], grows: bool) {
     let least = if grows { LEAST } else { 1.0 };
     let mut rest = Vec3::ZERO;

@@ -1,11 +1,11 @@
-//! Curves of disjoint casters in one: the product of their light at every depth, in as many nodes.
+//! Curves of disjoint casters joined into one: the product of their light at every depth, in as many nodes.
 use super::{DEPTHS, Streaming, unpack};
 use glam::Vec3;
 use gobo::records::PackedNode;
 
-/// The joined curve of a texel, without `gain`. Each part is a curve of `count` nodes; what each of their ramps lets
-/// through is inserted in order of depth, as hits are. The order of the parts changes nothing; beyond the parts' own
-/// errors the light is off by at most what one node of the joined curve takes.
+/// The joined curve of a texel, without `gain`. Each part is a curve of `count` nodes; the transmittance of
+/// each of their ramps is inserted in order of depth, as hits are. The order of the parts has no effect;
+/// beyond the parts' own errors the light is off by at most the loss in one node of the joined curve.
 pub fn joined<'a>(parts: impl Iterator<Item = &'a [PackedNode]>, count: usize) -> Vec<PackedNode> {
     let mut ramps = Vec::new();
     for part in parts {

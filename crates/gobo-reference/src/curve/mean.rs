@@ -1,24 +1,24 @@
-//! CPU reference of `wgsl/curve/mean.wgsl`: the mean of several curves, in a few nodes. Depths are cut at the
-//! longest gaps; each part becomes a ramp of the same mean depth and spread.
+//! CPU reference of `wgsl/curve/mean.wgsl`: the mean of several curves, in a few nodes. The depth range is
+//! cut at the longest gaps; each part becomes a ramp of the same mean depth and spread.
 use super::{DEPTHS, Storing, unpack};
 use glam::Vec3;
 use gobo::records::{PackedNode, curve::LEAST};
 
-/// Bins of depth in which the gaps are searched.
+/// Bins of depth in which gaps are searched.
 pub const BINS: u32 = 32;
 
 /// Depth range over which the light falls linearly.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ramp {
-    /// \[fixed point\], at least 1
+pub(crate) struct IntegerRamp {
+    /// Start \[fixed point\], at least 1.
     pub start: u32,
-    /// \[fixed point\]
+    /// Length \[fixed point\].
     pub length: f32,
     /// Drop of the mean's light.
     pub drop: Vec3,
 }
 
-impl Ramp {
+impl IntegerRamp {
     /// Twice the middle of its range.
     fn middle(&self) -> u32 {
         2 * self.start + self.length.round_ties_even() as u32
@@ -34,14 +34,14 @@ pub(crate) fn add_nodes(
     nodes: &[PackedNode],
     share: f32,
     grows: bool,
-    ramps: &mut Vec<Ramp>,
+    ramps: &mut Vec<IntegerRamp>,
 ) -> Vec3 {
     let mut left = Vec3::ONE;
     for &node in nodes {
         let (start, length, passed) = unpack(node, grows);
         if start > 0.0 {
             let light = left * passed;
-            ramps.push(Ramp { start: start as u32, length, drop: (left - light) * share });
+            ramps.push(IntegerRamp { start: start as u32, length, drop: (left - light) * share });
             left = light;
         }
     }
@@ -49,14 +49,15 @@ pub(crate) fn add_nodes(
 }
 
 /// Writes the nodes of a mean curve with the given ramps.
-pub(crate) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], grows: bool) {
+pub(crate) fn merge(ramps: &[IntegerRamp], nodes: &mut [PackedNode], grows: bool) {
     let counted = || ramps.iter().filter(|ramp| ramp.weight() > 0.0);
-    let low = counted().map(Ramp::middle).min().unwrap_or(0);
-    let high = counted().map(Ramp::middle).max().unwrap_or(0);
-    let bin = |ramp: &Ramp| (ramp.middle() - low) * BINS / (high - low + 1);
+    let low = counted().map(IntegerRamp::middle).min().unwrap_or(0);
+    let high = counted().map(IntegerRamp::middle).max().unwrap_or(0);
+    let bin = |ramp: &IntegerRamp| (ramp.middle() - low) * BINS / (high - low + 1);
     let cuts = cuts(counted().fold(0, |mask, ramp| mask | 1 << bin(ramp)), nodes.len() - 1);
     // Index of the part that holds a ramp.
-    let part = |ramp: &Ramp| (cuts & (2u32 << bin(ramp)).wrapping_sub(1)).count_ones() as usize;
+    let part =
+        |ramp: &IntegerRamp| (cuts & (2u32 << bin(ramp)).wrapping_sub(1)).count_ones() as usize;
     let mut light = Vec3::ONE;
     let least = Vec3::splat(if grows { LEAST } else { 0.0 });
     let mut storing = Storing::new(grows);
@@ -87,7 +88,7 @@ pub(crate) fn merge(ramps: &[Ramp], nodes: &mut [PackedNode], grows: bool) {
     }
 }
 
-/// Mask of the bins at which a new part begins: behind the `most` longest gaps; of equal gaps, the first.
+/// Mask of the bins at which a new part begins: after the `most` longest gaps, the first among equal ones.
 fn cuts(mask: u32, most: usize) -> u32 {
     let bins: Vec<u32> = (0..BINS).filter(|bin| mask >> bin & 1 == 1).collect();
     let mut gaps: Vec<_> = bins.windows(2).map(|pair| (pair[1] - pair[0], pair[1])).collect();

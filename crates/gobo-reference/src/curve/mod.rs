@@ -1,19 +1,20 @@
-//! CPU reference of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/light.wgsl`: transmittance as a
-//! function of depth, along the ray of one texel.
+//! CPU reference of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/light.wgsl`: transmittance
+//! as a function of depth, along the ray of one texel.
 //!
-//! A curve is a list of *ramps*, nearest first: between a ramp's start and end, light falls linearly from
-//! the value behind the previous ramp to its own. Maps store what each passes of it (`format`). A pane is a ramp of length 0, a *step*. While a texel has
-//! at most K hits, each has a step of its own. A further hit is inserted too, and then the two neighbours
-//! with the lowest cost merge: those between which the curve deviates least, as an area of light times
-//! depth, from the straight line over both.
+//! A curve is a list of *ramps*, nearest first: between a ramp's start and end, light falls linearly from the
+//! value behind the previous ramp to its own. Maps store the transmittance of each (`format`). A pane is a
+//! ramp of length 0, a *step*. While a texel has at most K hits, each has a step of its own. A further hit is
+//! inserted too, and then the two neighbours with the lowest cost merge: those whose curve deviates least, as
+//! an area of light times depth, from the straight line over both.
 //!
-//! A merged ramp has the first two moments, mean depth and variance, of the light lost in both neighbours,
-//! and stays within their span, and no later than the ramp behind it, as ramps ascend. So a merge keeps the
-//! mean of the light over all depths unless the ramp was clamped.
+//! A merged ramp has the first two moments, mean depth and variance, of the light lost in both neighbours. It
+//! stays within their span, and no later than the next ramp, as ramps ascend. So a merge keeps the mean of
+//! the light over all depths unless the ramp was clamped.
 //!
-//! **Bound.** The hits of one ramp are neighbours, and the ramp stays within their span unless the next begins
-//! before it. So at every depth the error is at most the light lost in one node, and where two overlap in both, plus
-//! the rounding of the format: half of 1/65535 of the view's range, and half of 1/4095 of the light.
+//! **Bound.** The hits of one ramp are neighbours, and the ramp stays within their span unless the next
+//! begins before it. So at every depth the error is at most the light lost in one node, or in both where two
+//! overlap, plus the rounding of the format: half of 1/65535 of the view's range, and half of 1/4095 of the
+//! light.
 //!
 //! Streaming insertion with a cheapest merge is Salvi et al. 2010 (adaptive volumetric shadow maps). Unlike
 //! theirs: in colour, with ramps, and with depths that move.
@@ -35,7 +36,7 @@ use half::f16;
 
 /// Most nodes of a curve.
 pub const MAX_NODES: usize = 16;
-/// [`BLACK`] in a kernel's fixed point.
+/// [`BLACK`] in the kernels' fixed point.
 pub const DARK: u16 = 64;
 
 /// Node of a curve in registers, while hits are inserted.
@@ -45,7 +46,7 @@ struct Node {
     span: u32,
     /// Light behind: red, green, blue and their mean.
     light: [u16; 4],
-    /// Of a single hit, not merged.
+    /// Whether it is a single hit, not merged.
     is_alone: bool,
 }
 
@@ -67,11 +68,14 @@ fn fixed(depth: f32) -> u32 {
 /// Affine transfer of a segment of a ray: `L` becomes `L * scale + added`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine {
+    /// Factor of the light.
     pub scale: Vec3,
+    /// Light that is added behind it.
     pub added: Vec3,
 }
 
 impl Affine {
+    /// The transfer of no hit.
     pub const NONE: Self = Self { scale: Vec3::ONE, added: Vec3::ZERO };
 
     /// This transfer followed by `next`.
@@ -80,8 +84,8 @@ impl Affine {
         Self { scale: self.scale * next.scale, added: self.added * next.scale + next.added }
     }
 
-    /// Scale up to a depth behind which white light has become `light`. Exact while all added light has the
-    /// same colour; next to white, where `light` is imprecise, `part` of the segment's.
+    /// Transmittance up to the depth behind which white light has become `light`. Exact while all added light
+    /// has the same colour; near white, where `light` is imprecise, `part` of the segment's.
     fn share(self, light: Vec3, part: f32) -> Vec3 {
         let lost = Vec3::ONE - self.scale;
         let rest = Vec3::ONE - self.added / lost.max(Vec3::splat(1e-3));
@@ -92,7 +96,7 @@ impl Affine {
     }
 }
 
-/// Least `1 - added colour` from which the scale can be recovered from light through white.
+/// Least `1 - added colour` from which the transmittance can be recovered from white light.
 pub const MIN_REST: f32 = 1.0 / 16.0;
 
 /// Curve of one texel during insertion.
@@ -105,9 +109,9 @@ pub struct Streaming {
     over: bool,
     /// Light behind all hits.
     passed: Vec3,
-    /// The largest start of a hit so far.
+    /// The latest start of a hit so far.
     latest: u32,
-    /// Hits out of order, inside a merged ramp.
+    /// Number of hits out of order, inside a merged ramp.
     pub disordered: u32,
 }
 
@@ -177,13 +181,13 @@ impl Streaming {
         self.insert_affine(start, end, light, Vec3::ZERO);
     }
 
-    /// Like [`Self::insert`], with the transfer `L * light + added`. The light added by a late hit scales
-    /// what is behind it like a filter of the same effect, and is counted.
+    /// Like [`Self::insert`], with the transfer `L * light + added`. The light added by a late hit scales the
+    /// light behind it like a filter of the same effect, and is counted.
     pub fn insert_affine(&mut self, start: f32, end: f32, light: Vec3, added: Vec3) {
         self.insert_span(fixed(start) << 16 | fixed(end), light, added);
     }
 
-    /// Like [`Self::insert`], where light behind all hits is `passed`, with the absorption of faint ones.
+    /// Like [`Self::insert`], with light `passed` behind all hits, including the absorption of faint ones.
     pub fn insert_to(&mut self, start: f32, end: f32, light: Vec3, passed: Vec3) {
         self.passed = passed;
         self.place_span(fixed(start) << 16 | fixed(end), light, Vec3::ZERO);
@@ -224,7 +228,7 @@ impl Streaming {
     fn place_span(&mut self, span: u32, light: Vec3, added: Vec3) {
         let (count, start) = (self.count, span >> 16);
         let index = self.nodes[..count].partition_point(|node| node.span <= span);
-        // Nothing behind black is visible, so that a walk may stop there.
+        // Nothing behind black is visible, so a walk may stop there.
         if index == count && self.is_dark() {
             return;
         }
@@ -249,7 +253,7 @@ impl Streaming {
         self.merge_cheapest(&all[..=count]);
     }
 
-    /// Merges the cheapest pair of `all`, which holds one node more than fits.
+    /// Merges the cheapest pair of `all`, which holds one node too many.
     fn merge_cheapest(&mut self, all: &[Node]) {
         let mean = |i: usize| self.level(all[i].light[3]);
         let full = if self.gain { 1.0 } else { 65535.0 };
@@ -264,7 +268,7 @@ impl Streaming {
         let (_, at, before) = best;
         let span = merged_span(before, [mean(at), mean(at + 1)], [all[at], all[at + 1]]);
         let span = all.get(at + 2).map_or(span, |next| in_order(span, next.span));
-        // One that absorbs nothing leaves the other as it is.
+        // A node that absorbs nothing leaves the other unchanged.
         let is_alone = if before == mean(at) {
             all[at + 1].is_alone
         } else {
@@ -311,7 +315,7 @@ fn merge_cost(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> f32 {
         + (first_area - both * (b.start() - a.start())).abs()
 }
 
-/// Span of the ramp with the mean and variance of both, clamped to what they span.
+/// Span of the ramp with the mean and variance of both, clamped to their common span.
 fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     let (first, second) = ((before - behind[0]).abs(), (behind[0] - behind[1]).abs());
     if first + second == 0.0 {
@@ -327,7 +331,7 @@ fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     let spread = first * (length_a * length_a + 3.0 * off_a * off_a)
         + second * (length_b * length_b + 3.0 * off_b * off_b);
     let middle = 0.5 * middle;
-    // Of overlapping ramps the first may end last.
+    // The first of two overlapping ramps may end last.
     let last = a.end().max(b.end());
     let half = (0.5 * spread.sqrt()).min(middle - a.start()).min(last - middle).max(0.0);
     let start = (middle - half).round_ties_even() as u32;
@@ -335,7 +339,7 @@ fn merged_span(before: f32, behind: [f32; 2], [a, b]: [Node; 2]) -> u32 {
     start << 16 | end
 }
 
-/// The span, changed to be no later than the `next` one.
+/// The span, moved so that it is no later than the `next` one.
 fn in_order(span: u32, next: u32) -> u32 {
     let (start, end) = ((span >> 16).min(next >> 16), span & 0xffff);
     let end = if start == next >> 16 { end.min(next & 0xffff) } else { end };

@@ -1,9 +1,9 @@
 //! CPU reference of `wgsl/soften/curve_columns.wgsl`: softening of curves under dithered shadows.
 //!
-//! The light of a texel becomes `C(z) V(z)`. `V` is the visibility through dithered surfaces over one
-//! window of their pattern, as one ramp with the mean and variance of their depths. `C` is the texel's own
-//! curve; if a dithered surface blocks the texel, so that its curve ends there, the curve of the closest
-//! hole. Windows are clipped to the map.
+//! The light of a texel becomes `C(z) V(z)`. `V` is the visibility through dithered surfaces over one window
+//! of their pattern, as one ramp with the mean and variance of their depths. `C` is the texel's own curve; if
+//! a dithered surface blocks the texel, so that its curve ends there, `C` is the curve of the closest hole.
+//! Windows are clipped to the map.
 use super::{DEPTHS, fixed};
 use crate::{
     occlude::is_dithered,
@@ -18,14 +18,15 @@ use gobo::records::{
 /// Summary of the dithered surfaces in a run of texels.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    /// Share of the window that is blocked, per channel.
+    /// Blocked share of the window, per channel.
     blocked: Vec3,
-    /// Depths of the nearest and the farthest surface, 1 and -1 for none.
+    /// Depths of the nearest and the farthest surface; 1 and -1 without one.
     nearest: f32,
     farthest: f32,
-    /// Means over the window and the channels: the blocked share, times the depth, and times its square.
+    /// Means over the window and the channels: of the blocked share, of its product with the depth, and with
+    /// the depth's square.
     moments: Vec3,
-    /// Column of the closest texel with a hole, negative for none; its row, and its distance \[texels\].
+    /// Column of the closest texel with a hole, negative without one; its row, and its distance \[texels\].
     hole: f32,
     row: u32,
     distance: f32,
@@ -89,14 +90,14 @@ impl Run {
 
 /// A node with its ramp.
 #[derive(Clone, Copy, Debug)]
-struct Ramp {
-    /// \[fixed point\]
+struct NodeRamp {
+    /// Start and length \[fixed point\].
     start: f32,
     length: f32,
     passed: Vec3,
 }
 
-impl Ramp {
+impl NodeRamp {
     fn of(node: PackedNode, grows: bool) -> Self {
         let (start, length, passed) = unpack(node, grows);
         Self { start, length, passed }
@@ -110,7 +111,7 @@ impl Ramp {
         self.start + 0.5 * self.length
     }
 
-    /// The ramp of both, of the mean depth and the variance of what they take.
+    /// The joined ramp, with the mean depth and the variance of both losses.
     fn joined(self, other: Self, grows: bool) -> PackedNode {
         let both = [self, other];
         let all = self.taken() + other.taken();
@@ -130,13 +131,13 @@ impl Ramp {
     }
 }
 
-/// Gives a curve one ramp more: it has a free node, or joins the node with which that costs least.
+/// Adds a ramp to a curve: in a free node, or joined with the node where that costs least.
 fn soften_nodes(nodes: &mut [PackedNode], ramp: PackedNode, grows: bool) {
-    let added = Ramp::of(ramp, grows);
+    let added = NodeRamp::of(ramp, grows);
     let (mut best, mut least) = ((0, ramp), f32::MAX);
     let mut light = Vec3::ONE;
     for (k, &node) in nodes.iter().enumerate() {
-        let node = Ramp::of(node, grows);
+        let node = NodeRamp::of(node, grows);
         let free = node.start == 0.0;
         let apart = (node.middle() - added.middle()).abs();
         let cost = light.element_sum() * (node.taken() + added.taken()) * apart;

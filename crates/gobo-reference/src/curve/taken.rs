@@ -1,6 +1,6 @@
-//! Light that the hits of a node take, and where: as `wgsl/curve/ray_nodes.wgsl` has it.
+//! Light that the hits of a node take, and its depths; as in `wgsl/curve/ray_nodes.wgsl`.
 
-/// The ramp of several hits has the mean depth and the variance of the light that they take.
+/// Moments of the lost light: the ramp of several hits has their mean depth and variance.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
     /// Depth of the first hit.
@@ -13,14 +13,15 @@ pub struct Taken {
 }
 
 impl Taken {
+    /// No hit.
     pub const NONE: Self = Self { anchor: 0.0, light: 0.0, sum: 0.0, square: 0.0, is_some: false };
 
-    /// Of what begins at `anchor`.
+    /// Empty moments of a node that begins at `anchor`.
     pub fn from(anchor: f32) -> Self {
         Self { anchor, is_some: true, ..Self::NONE }
     }
 
-    /// Adds the light that a hit takes from one depth to the other, the sum of its channels.
+    /// Adds the light that a hit takes between two depths, summed over the channels.
     pub fn add_between(&mut self, span: [f32; 2], light: f32) {
         if !self.is_some {
             *self = Self::from(span[0]);
@@ -28,7 +29,7 @@ impl Taken {
         self.add_even(span, light);
     }
 
-    /// Adds light that is taken evenly from one depth to the other.
+    /// Adds light that is lost evenly between two depths.
     pub fn add_even(&mut self, [start, end]: [f32; 2], light: f32) {
         let (off, length) = (0.5 * (start + end) - self.anchor, end - start);
         self.light += light;
@@ -36,7 +37,7 @@ impl Taken {
         self.square += light * (off * off + length * length * (1.0 / 12.0));
     }
 
-    /// Span of the ramp of hits that span from `start` to `end`, within it.
+    /// Span of the ramp of hits between `start` and `end`, within that range.
     pub fn fitted(&self, start: f32, end: f32) -> [f32; 2] {
         if self.light <= 0.0 {
             return [start, end];

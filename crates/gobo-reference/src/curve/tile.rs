@@ -1,8 +1,8 @@
-//! CPU reference of `wgsl/curve/gather.wgsl` and the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl` beside
-//! it: the curves of a tile.
+//! CPU reference of `wgsl/curve/gather.wgsl` and of the stores `tile.wgsl`, `segment.wgsl` and `resolve.wgsl`
+//! beside it: the curves of a tile.
 //!
-//! Curves of what only passes light on, no bodies, are made by [`two_walks`]; of other casters every hit is inserted into
-//! its texel's curve as it comes.
+//! [`two_walks`] makes the curves of casters that only filter light and are no bodies; for other casters,
+//! each hit is inserted into its texel's curve as it comes.
 use super::{
     Affine, DEPTHS, PackedNode, Streaming,
     two_walks::{self, RayHit, RayModes},
@@ -31,9 +31,9 @@ pub struct CurveModes {
     pub nodes: u32,
     /// Whether light may grow.
     pub gain: bool,
-    /// Curves are made by two walks: no caster is a volume, a brick, a strand or a Gaussian, or adds light.
+    /// Curves are made by two walks: no caster is a volume, brick, strand or Gaussian, or adds light.
     pub rays: bool,
-    /// Of few hits of a ray the pairs that cost least are joined: some caster is no soft disc.
+    /// The cheapest pairs of a ray's few hits are joined: some caster is no soft disc.
     pub few: bool,
     /// An `over` caster may add light.
     pub over: bool,
@@ -41,21 +41,21 @@ pub struct CurveModes {
     pub volumes: bool,
     /// Some hits are bodies, in which light falls exponentially.
     pub bodies: bool,
-    /// Some filtering caster is faint: hits below [`TRACE`] have a place together.
+    /// Some filtering caster is faint: hits below [`TRACE`] share a place.
     pub faint: bool,
-    /// Curves are softened: a ramp will be inserted into each.
+    /// Curves are softened: one more ramp will be inserted into each.
     pub softening: bool,
     /// Pairs of a segment.
     pub segment: usize,
 }
 
 impl CurveModes {
-    /// Of curves by two walks; `bodies`: see [`RayModes`].
+    /// Modes of curves by two walks; `bodies`: see [`RayModes`].
     fn of_rays(self, bodies: Option<u32>) -> RayModes {
         RayModes { nodes: self.nodes, few: self.few, faint: self.faint, grows: self.gain, bodies }
     }
 
-    /// Whether faint absorption is kept apart: where light only passes hits.
+    /// Whether faint absorption is summed separately: if hits only filter light.
     fn keeps(self) -> bool {
         self.faint && !self.over && !self.volumes
     }
@@ -64,23 +64,25 @@ impl CurveModes {
 /// A texel after its tile was walked.
 #[derive(Clone, Debug)]
 pub struct CurveTexel {
+    /// Its curve, front to back.
     pub nodes: Vec<PackedNode>,
     /// Transmittance of all hits.
     pub passed: Vec3,
-    /// `D`
+    /// Nearest depth `D`.
     pub nearest: f32,
+    /// Hits that came after one behind them, which are counted.
     pub disordered: u32,
 }
 
 /// Hits that have not been inserted into the curve.
 #[derive(Clone, Copy, Debug)]
-struct Open {
+struct OpenHits {
     start: f32,
     end: f32,
     light: Affine,
 }
 
-impl Open {
+impl OpenHits {
     const NONE: Self = Self { start: 2.0, end: 0.0, light: Affine::NONE };
 
     fn in_tile(&mut self, start: f32, end: f32) {
@@ -88,11 +90,11 @@ impl Open {
     }
 }
 
-/// A hit of a caster, with the volume's face that it may be.
+/// A hit of a caster, together with its volume's face, if any.
 #[derive(Clone, Copy, Debug)]
 struct Event {
     hit: Option<Hit>,
-    /// Of the optical depth per light depth, behind it.
+    /// Change of the optical depth per light depth behind it.
     change: Vec3,
 }
 
@@ -103,11 +105,11 @@ impl Event {
 #[derive(Clone, Debug)]
 struct Texel {
     curve: Streaming,
-    open: Open,
+    open: OpenHits,
     passed: Affine,
     /// With [`CurveModes::keeps`]: `passed`, with the absorption of each of a million faint hits.
     precise: DVec3,
-    /// Presence of the hits since one set a start or an end, with [`CurveModes::faint`].
+    /// Presence of the hits since the last that set a start or an end, with [`CurveModes::faint`].
     traces: f32,
     /// `passed` without volumes.
     surfaces: Affine,
@@ -134,7 +136,8 @@ impl Texel {
         is_placed
     }
 
-    /// Adds what left the order, behind the volumes up to there; returns whether it must be inserted.
+    /// Adds an event that left the order, and the volumes up to its depth; returns whether it must be
+    /// inserted.
     fn follow_order(&mut self, depth: f32, event: &Event, modes: CurveModes) -> bool {
         let mut placed = false;
         if modes.volumes
@@ -151,13 +154,13 @@ impl Texel {
 
     fn flush(&mut self, modes: CurveModes) {
         if self.open.start <= 1.0 {
-            let Open { start, end, light } = self.open;
+            let OpenHits { start, end, light } = self.open;
             if modes.keeps() {
                 self.curve.insert_to(start, end, light.scale, self.precise.as_vec3());
             } else {
                 self.curve.insert_affine(start, end, light.scale, light.added);
             }
-            self.open = Open::NONE;
+            self.open = OpenHits::NONE;
         }
     }
 
@@ -171,7 +174,8 @@ impl Texel {
     }
 }
 
-/// Curves of tile number `index` of the view; `footprints`: its pairs with their depth keys, front to back.
+/// Curves of tile number `index` of the view; `footprints`: of its pairs, with their depth keys, front to
+/// back.
 pub fn curves(
     records: Records<'_>,
     index: u32,
@@ -182,7 +186,7 @@ pub fn curves(
     let tile = Tile::new(records.view, index);
     let fresh = Texel {
         curve: Streaming::new(modes.nodes, modes.gain).with_over(modes.over),
-        open: Open::NONE,
+        open: OpenHits::NONE,
         passed: Affine::NONE,
         precise: DVec3::ONE,
         traces: 0.0,
@@ -236,7 +240,7 @@ pub fn curves(
     done
 }
 
-/// Curves of hits that only pass light on.
+/// Curves of hits that only filter light.
 fn by_two_walks(
     records: Records<'_>,
     tile: &Tile,
@@ -269,7 +273,7 @@ fn by_two_walks(
     done
 }
 
-/// Curves of the segments of a tile in one: their nodes are hits.
+/// Joins the curves of a tile's segments: their nodes are inserted as hits.
 fn resolved(segments: &[TileTexels<CurveTexel>], modes: RayModes) -> TileTexels<CurveTexel> {
     let mut done = segments[0].clone();
     for in_tile in 0..TEXELS {
@@ -307,7 +311,7 @@ fn follow(texel: &mut Texel, segment: &Texel, modes: CurveModes) {
     texel.nearest = texel.nearest.min(segment.nearest);
 }
 
-/// Adds what volumes absorb that no pair of faces has shown.
+/// Adds the absorption of volumes that no pair of faces has shown.
 fn finish(texel: &mut Texel, modes: CurveModes) {
     if modes.volumes {
         for ramp in texel.inside.begin().into_iter().flatten() {

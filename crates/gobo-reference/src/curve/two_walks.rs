@@ -1,16 +1,17 @@
-//! CPU reference of `wgsl/curve/ray.wgsl`: curves by two walks, of hits that only pass light on.
+//! CPU reference of `wgsl/curve/ray.wgsl`: curves by two walks over hits that only filter light.
 //!
-//! The first walk, in any order, has the light behind all hits, how many there are, the first and the last depth, and
-//! how many *pairs* of neighbours have which cost. Up to K hits each have a node: the curve is exact, in any order.
-//! Up to [`FEW`] times as many, pairs are joined that cost least: an area of the light that both take times the depth between
-//! them, and as many as must be. Beyond, the second walk gives each hit a *place* on the ray, half by the light that was lost
-//! so far and half by the depth that is gone, of which the gap in front of the hit counts three times. The open node ends
-//! where a place passes its cut: where the node began, and an equal part of what was left there; a hit which alone takes more
-//! than an equal part of the light that is left has a node of its own. Hits of equal depth stay together.
+//! The first walk, in any order, finds the light behind all hits, their number, their first and last depth,
+//! and the number of *pairs* of neighbours in each bin of cost. Up to K hits each have a node: the curve is
+//! exact, in any order. Up to [`FEW`] times as many, the cheapest pairs are joined, as many as must be; the
+//! cost is the area of the light that both take times the depth between them. Beyond, the second walk gives
+//! each hit a *place* on the ray: half by the light lost so far, half by the depth passed, in which the gap
+//! in front of the hit counts three times. The open node ends where a place passes its cut: the node's start
+//! plus an equal part of the rest there. A hit that alone takes more than an equal part of the light that is
+//! left has a node of its own. Hits of equal depth stay together.
 //!
-//! A node passes the product of its hits, as a ramp of the mean depth and the variance of the light that they take,
-//! within the depths of its first and last hit. So at any depth the error is at most what the nodes that enclose it
-//! take, where hits come in order the light lost in one.
+//! A node passes the product of its hits, as a ramp with the mean depth and the variance of their lost light,
+//! within the depths of its first and last hit. So the error at any depth is at most the loss of the nodes
+//! that enclose it; where hits come in order, the light lost in one.
 use super::{
     MAX_NODES, PackedNode,
     bodies::{MIN_BEND, SHORTEST},
@@ -22,69 +23,70 @@ use crate::resolve::BLACK;
 use glam::{BVec3, DVec3, Vec3};
 use gobo::records::curve::{packed, unpack};
 
-/// Times as many hits as nodes of which pairs are joined by cost.
+/// Pairs are joined by cost while there are at most this many hits per node.
 pub const FEW: u32 = 6;
-/// And so many hits at most.
+/// Most hits whose pairs are joined by cost.
 pub const MOST_FEW: u32 = 64;
-/// Bins of the pairs' costs, about half an octave each, of which the last has all from 3/4 up.
+/// Bins of the pairs' costs, about half an octave each; the last holds all from 3/4 up.
 pub const COST_BINS: usize = 32;
 
-/// What the depth between the hits of a pair has at least.
+/// Least depth between the hits of a pair.
 pub const LEAST_GAP: f32 = 1.0 / 256.0;
 
 /// A hit of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct RayHit {
-    /// \[light depth\], from where the hit begins to take light to where it has taken all.
+    /// Depths at which the hit begins to take light and has taken all \[light depth\].
     pub start: f32,
+    /// Light depth at which it has taken all.
     pub end: f32,
     /// 1 - transmittance, per channel.
     pub absorbed: Vec3,
-    /// What sets depths.
+    /// Strength by which the hit sets depths.
     pub presence: f32,
 }
 
-/// What a curve is made for.
+/// Properties of a curve by two walks.
 #[derive(Clone, Copy, Debug)]
 pub struct RayModes {
-    /// K
+    /// Nodes of the curve (K).
     pub nodes: u32,
-    /// Of few hits the pairs that cost least are joined.
+    /// The cheapest pairs of few hits are joined.
     pub few: bool,
-    /// Some caster is: hits below [`TRACE`] have a place together.
+    /// Some caster is faint: hits below [`TRACE`] share a place.
     pub faint: bool,
     /// Light may grow.
     pub grows: bool,
-    /// Free nodes go to hits that bend most, but for so many; `None` without bodies.
+    /// All free nodes but this many go to the most bent hits; `None` without bodies.
     pub bodies: Option<u32>,
 }
 
-/// Light that black counts as in roots.
+/// Least light under a root: black counts as this.
 pub const LEAST_ROOTED: f32 = 1.0 / 2048.0;
 
 /// Light of a ray during a walk.
 #[derive(Clone, Copy, Debug)]
 struct Passing {
     light: DVec3,
-    /// Presence of the hits since one had a place, if some caster is faint.
+    /// Presence of the hits since the last with a place, if some caster is faint.
     traces: f32,
     modes: RayModes,
     /// The largest depth of a place so far.
     at: f32,
-    /// Light that the hit at the last place took, the sum of its channels.
+    /// Light that the hit at the last place took, summed over the channels.
     taken: f32,
 }
 
 /// A hit at its place.
 #[derive(Clone, Copy, Debug)]
-struct Placed {
-    /// In front of the hit, and behind.
+struct PlacedHit {
+    /// Light in front of the hit, and behind.
     light: Vec3,
     behind: Vec3,
     /// The largest depth so far.
     z: f32,
     taken: f32,
-    /// Of joining it to the hit before.
+    /// Bin of the cost of joining it to the hit before.
     bin: usize,
 }
 
@@ -93,12 +95,12 @@ impl Passing {
         Self { light: DVec3::ONE, traces: 0.0, modes, at: 0.0, taken: 0.0 }
     }
 
-    /// Adds a hit. None if it has no place: behind black only what comes late can change anything.
-    fn pass(&mut self, hit: &RayHit) -> Option<Placed> {
+    /// Adds a hit. `None` if it has no place: behind black only late hits can change anything.
+    fn pass(&mut self, hit: &RayHit) -> Option<PlacedHit> {
         let light = self.light.as_vec3();
         let acts = self.modes.grows || !is_dark(light) || hit.start < self.at;
         self.light *= DVec3::ONE - hit.absorbed.as_dvec3();
-        // Many hits below `TRACE` have a depth together.
+        // Many hits below `TRACE` share a depth.
         self.traces = if self.modes.faint { self.traces + hit.presence } else { hit.presence };
         if self.traces < TRACE {
             return None;
@@ -108,10 +110,10 @@ impl Passing {
         let taken = (light - behind).abs().element_sum();
         let z = hit.start.max(self.at);
         let bin = bin((self.taken + taken) * gap(self.at, z));
-        acts.then_some(Placed { light, behind, z, taken, bin })
+        acts.then_some(PlacedHit { light, behind, z, taken, bin })
     }
 
-    fn go_on(&mut self, placed: &Placed) {
+    fn go_on(&mut self, placed: &PlacedHit) {
         (self.at, self.taken) = (placed.z, placed.taken);
     }
 }
@@ -120,7 +122,7 @@ fn is_dark(light: Vec3) -> bool {
     light.cmplt(Vec3::splat(BLACK)).all()
 }
 
-/// Depth between two hits in a pair's cost: strong ones that are close together cost something, too.
+/// Depth between two hits in a pair's cost: joining strong hits that are close together costs something, too.
 fn gap(at: f32, z: f32) -> f32 {
     if z > at { z - at + LEAST_GAP } else { 0.0 }
 }
@@ -133,13 +135,13 @@ fn bin(cost: f32) -> usize {
 
 /// A node that hits join.
 #[derive(Clone, Copy, Debug)]
-struct Open {
-    /// In front of it, behind what is not its own.
+struct OpenNode {
+    /// Light in front of it, behind the nodes before.
     light: Vec3,
     low: f32,
     high: f32,
     taken: Taken,
-    /// Place where it began, and where it ends.
+    /// Place where it began, and place where it ends.
     place: f32,
     cut: f32,
 }
@@ -148,7 +150,7 @@ struct Open {
 struct Nodes {
     modes: RayModes,
     nodes: Vec<PackedNode>,
-    /// What rounding has taken of the nodes so far.
+    /// Rounding of the nodes so far, to be corrected.
     owed: Vec3,
 }
 
@@ -164,7 +166,7 @@ impl Nodes {
         self.nodes.push(node);
     }
 
-    /// Writes a hit, as so many equal parts.
+    /// Writes a hit, in `parts` equal parts.
     fn write_parts(&mut self, [start, end]: [f32; 2], passed: Vec3, parts: u32) {
         let root = passed.max(Vec3::splat(LEAST_ROOTED)).powf(1.0 / parts as f32);
         let length = (end - start) / parts as f32;
@@ -178,14 +180,14 @@ impl Nodes {
     }
 
     /// `light`: behind the node.
-    fn write_open(&mut self, open: &Open, light: Vec3) {
+    fn write_open(&mut self, open: &OpenNode, light: Vec3) {
         let passed = light / open.light.max(Vec3::splat(1e-9));
         let dark = light.cmplt(Vec3::splat(BLACK)) & BVec3::splat(!self.modes.grows);
         let passed = Vec3::select(dark, Vec3::ZERO, passed);
         self.write(open.taken.fitted(open.low, open.high), passed);
     }
 
-    /// Free nodes, and the open one.
+    /// Number of free nodes, with the open one.
     fn left(&self) -> u32 {
         self.modes.nodes - self.nodes.len() as u32
     }
@@ -195,23 +197,24 @@ impl Nodes {
     }
 }
 
-/// Free nodes for bodies, in which light falls exponentially: several ramps are closer to that than one.
+/// Free nodes for bodies, in which light falls exponentially: several ramps approximate that better than one.
 #[derive(Clone, Copy, Debug)]
 struct Bends {
-    /// Of the hits that are left: differences of roots of the light, in front of the hit and behind.
+    /// Sum over the remaining hits of the difference between the roots of the light in front of the hit and
+    /// behind.
     sum: f32,
     spare: u32,
 }
 
 impl Bends {
-    fn of(hit: &RayHit, placed: &Placed) -> f32 {
+    fn of(hit: &RayHit, placed: &PlacedHit) -> f32 {
         let root = |light: Vec3| light.max(Vec3::ZERO).map(f32::sqrt);
         let bend = (root(placed.light) - root(placed.behind)).abs().max_element();
         let is_long = fixed(hit.end) >= fixed(hit.start) + SHORTEST;
         if is_long && bend > MIN_BEND { bend } else { 0.0 }
     }
 
-    /// Ramps of the next hit.
+    /// Number of ramps of the next hit.
     fn parts(&mut self, bend: f32) -> u32 {
         let share = bend / self.sum.max(1e-9) * self.spare as f32;
         let more = (share.round_ties_even() as u32).min(self.spare);
@@ -221,7 +224,7 @@ impl Bends {
     }
 }
 
-/// Pairs that are joined: those in bins below `bin`, and so many in it.
+/// Joined pairs: those in bins below `bin`, and `equal` of those in it.
 #[derive(Clone, Copy, Debug)]
 struct Joined {
     bin: usize,
@@ -229,7 +232,7 @@ struct Joined {
 }
 
 impl Joined {
-    /// The `most` that cost least.
+    /// The `most` cheapest pairs.
     fn cheapest(bins: [u32; COST_BINS], most: u32) -> Self {
         let mut joined = Self { bin: 0, equal: most };
         while joined.bin + 1 < COST_BINS && bins[joined.bin] < joined.equal {
@@ -239,7 +242,7 @@ impl Joined {
         joined
     }
 
-    /// Whether the next pair is one.
+    /// Whether the next pair is joined.
     fn has(&mut self, bin: usize) -> bool {
         let is_equal = bin == self.bin && self.equal > 0;
         self.equal -= u32::from(is_equal);
@@ -271,12 +274,12 @@ pub fn curve(hits: &[RayHit], modes: RayModes) -> (Vec<PackedNode>, Vec3) {
     let mut joined = Joined::cheapest(bins, count.saturating_sub(nodes));
     let (by_light, by_depth) = (0.5 / all.max(1e-9), 0.5 / (last - first).max(1e-9));
     let mut written = Nodes { modes, nodes: Vec::with_capacity(MAX_NODES), owed: Vec3::ONE };
-    let mut open: Option<Open> = None;
+    let mut open: Option<OpenNode> = None;
     let mut passing = Passing::new(modes);
     let (mut seen, mut gone) = (0, 0.0);
     for hit in hits {
         let Some(placed) = passing.pass(hit) else { continue };
-        let Placed { light, behind, z, taken, .. } = placed;
+        let PlacedHit { light, behind, z, taken, .. } = placed;
         let joins = seen > 0 && joined.has(placed.bin);
         let still = count - seen;
         let free = written.left() - u32::from(open.is_some());
@@ -304,7 +307,7 @@ pub fn curve(hits: &[RayHit], modes: RayModes) -> (Vec<PackedNode>, Vec3) {
                 }
             }
             let begun = by_light * gone + by_depth * (z - first);
-            let node = open.get_or_insert_with(|| Open {
+            let node = open.get_or_insert_with(|| OpenNode {
                 light,
                 low: hit.start,
                 high: hit.end,

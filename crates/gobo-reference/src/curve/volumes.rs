@@ -1,5 +1,5 @@
 //! CPU reference of `wgsl/curve/volumes.wgsl`: volumes on a ray, face by face, as ramps.
-use crate::caster_hit::Face;
+use crate::caster_hit::SurfaceCrossing;
 use glam::{IVec3, Vec3};
 use gobo::records::MAX_TAU;
 
@@ -9,22 +9,27 @@ const TRACE: f32 = 1.0 / 65536.0;
 /// A ramp: light falls from `start` to `end` by the factor `light`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
+    /// Light depth at which it begins.
     pub start: f32,
+    /// Light depth at which it ends.
     pub end: f32,
+    /// Factor of the light behind it, per channel.
     pub light: Vec3,
 }
 
-/// State of a ray with respect to volumes while its faces come in.
+/// State of a ray with respect to volumes, updated face by face.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Inside {
     /// Optical depth per light depth, behind `last`, of the volumes that were entered and not left.
     pub density: Vec3,
     /// Light depth of the last face.
     pub last: f32,
+    /// Volumes that were left and not entered.
     pub unentered: Unentered,
-    /// Sums over all faces, as in nearest-depth mode: optical depth modulo 2^32, and volumes left minus
-    /// entered.
+    /// Sums over all faces, as in nearest-depth mode: optical depth modulo 2^32, and number of volumes left
+    /// minus entered.
     pub tau: IVec3,
+    /// Volumes left minus entered, over all faces.
     pub leaves: i32,
 }
 
@@ -33,15 +38,16 @@ pub struct Inside {
 pub struct Unentered {
     /// Optical depth per light depth.
     pub density: Vec3,
-    /// Optical depth from light depth 0 to where they were left.
+    /// Optical depth from light depth 0 to the faces at which they were left.
     pub tau: Vec3,
-    /// Light depths of the first and the last place where one was left.
+    /// Light depths of the first and the last face at which one was left.
     pub first: f32,
+    /// Light depth of the last such place.
     pub last: f32,
 }
 
 impl Unentered {
-    /// Mean light depth where they were left.
+    /// Mean light depth of the faces at which they were left.
     fn ends(&self) -> Vec3 {
         self.tau / self.density.max(Vec3::splat(f32::MIN_POSITIVE))
     }
@@ -55,8 +61,8 @@ impl Unentered {
         }
     }
 
-    /// Takes away an entry at light depth `depth`; returns its share of `density`, and the optical depth from there to where
-    /// it was left.
+    /// Removes an entry at light depth `depth`; returns its share of `density`, and the optical depth from
+    /// there to the face at which its volume was left.
     fn enter(&mut self, depth: f32, density: Vec3) -> (Vec3, Vec3) {
         if depth >= self.last {
             return (Vec3::ZERO, Vec3::ZERO);
@@ -70,7 +76,7 @@ impl Unentered {
 
 impl Inside {
     /// Counts a face in the sums; returns the change of density behind it.
-    pub fn count(&mut self, face: &Face) -> Vec3 {
+    pub fn count(&mut self, face: &SurfaceCrossing) -> Vec3 {
         let crossing = face.crossing();
         self.tau = self.tau.wrapping_add(crossing.tau);
         self.leaves += crossing.leaves;
@@ -78,7 +84,7 @@ impl Inside {
     }
 
     /// Continues the volumes to light depth `depth`, and changes their density there; returns the ramp up to
-    /// it, or for what comes late the change's effect up to the last one.
+    /// it or, for a late face, the change's effect up to the last face.
     pub fn change(&mut self, depth: f32, change: Vec3) -> Option<Ramp> {
         let is_late = depth < self.last;
         let (start, end) = (self.last.min(depth), self.last.max(depth));
@@ -89,7 +95,7 @@ impl Inside {
         let acting = if is_late { behind - self.density } else { self.density };
         let tau = (end - start) * acting + late_tau;
         self.density = behind;
-        // What is too thin for a ramp goes into the next.
+        // Absorption too thin for a ramp is left to the next.
         if is_ramp(tau) || change != Vec3::ZERO {
             self.last = end;
         }
@@ -111,8 +117,8 @@ impl Inside {
         ramp(start, end, tau)
     }
 
-    /// The volumes that were left but never entered: they contain the light, and begin at light depth 0. Up to where the
-    /// first was left and from there to the last: exact for two.
+    /// The volumes that were left but never entered: they contain the light, and begin at light depth 0. One
+    /// ramp ends where the first was left, the next at the last: exact for two volumes.
     pub fn begin(&self) -> [Option<Ramp>; 2] {
         let Unentered { density, tau, first, last } = self.unentered;
         [ramp(0.0, first, density * first), ramp(first, last, tau - density * first)]

@@ -81,7 +81,7 @@ pub fn gaussian_hit(
         let (from, to) = (-met.depth / met.deviation, (opaque_depth - met.depth) / met.deviation);
         let part = normal_share(from, to);
         opacity = setup.thin() * -(-whole * part).exp_m1();
-        // The ray may end in front of where most is absorbed.
+        // The ray may end before most light is absorbed.
         let [first, last] = ramp(whole);
         let before = first.min(to - AT_THE_END);
         start = (met.depth + before.max(from) * met.deviation).max(0.0);
@@ -101,12 +101,12 @@ pub fn gaussian_hit(
     Some(Hit { light, absorbed, added, color, opacity, presence, depth, start, end })
 }
 
-/// How far in front of a ray's end a medium's ramp begins at the latest \[standard deviations\].
+/// Least distance of a medium's ramp start from a ray's end \[standard deviations\].
 pub const AT_THE_END: f32 = 0.25;
-/// Distance at which nothing of a medium is left \[standard deviations\].
+/// Distance at which a medium has vanished \[standard deviations\].
 pub const FARTHEST_TAIL: f32 = 8.0;
 
-/// Start and end of the linear ramp that is nearest to the transmittance in a medium of a whole optical depth
+/// Start and end of the linear ramp closest to the transmittance of a medium with optical depth `tau`
 /// \[standard deviations from the closest approach\]: fitted, at most 0.06 off up to 16, 0.073 up to 10,000.
 fn ramp(tau: f32) -> [f32; 2] {
     // The ends meet at an optical depth of 3e6.

@@ -1,4 +1,4 @@
-//! Tiles of one kind made into those of another.
+//! Conversions between tiles of different values.
 use crate::{
     accumulate::Accumulated,
     curve::tile::CurveTexel,
@@ -16,7 +16,7 @@ pub(super) fn last_depths(depths: &TileTexels<Vec3>) -> TileTexels<f32> {
     last
 }
 
-/// Values that curve mode and nearest-depth mode have in common.
+/// Values that curve mode and nearest-depth mode share.
 pub(super) fn without_curves(tile: &TileTexels<CurveTexel>) -> TileTexels<Accumulated> {
     let mut texels = TileTexels::filled(Accumulated::NONE);
     for in_tile in 0..TEXELS {

@@ -1,4 +1,4 @@
-//! How the sphere or the disc of a caster appears in a map.
+//! Appearance of a caster's sphere or disc in a map.
 use super::{MIN_COSINE, MIN_RADIUS, TexelBox, tangents};
 use glam::{Vec2, Vec3};
 use gobo::records::GpuView;
@@ -7,7 +7,7 @@ use gobo::records::GpuView;
 pub(super) struct Body {
     pub center: Vec3,
     pub radius: f32,
-    /// Reach of its corners over its radius.
+    /// Reach of its corners, in radii.
     pub corner: f32,
     pub is_round: bool,
 }
@@ -15,9 +15,9 @@ pub(super) struct Body {
 /// A caster in a map.
 pub(super) struct Appearance {
     pub texel: Vec2,
-    /// In the map \[texels\], in the plane at depth 1, or beside the view \[m\].
+    /// Radius in the map \[texels\]; in the plane at depth 1; or beside the view \[m\].
     pub radius: f32,
-    /// Growth to the least radius that a map shows.
+    /// Enlargement to the least radius that a map shows.
     pub grow: f32,
     pub bounds: TexelBox,
     /// Reach from its centre along the axis \[m\].
@@ -37,7 +37,7 @@ impl Body {
         }
     }
 
-    /// In an orthographic view.
+    /// Appearance in an orthographic view.
     fn parallel(&self, view: &GpuView) -> Appearance {
         let texel = Vec2::new(self.center.x, -self.center.y) * view.scale + view.size * 0.5;
         let projected = self.radius * view.scale;
@@ -49,7 +49,7 @@ impl Body {
         Appearance { texel, radius, grow, bounds, depth_reach }
     }
 
-    /// Beside a perspective view, where its centre has no position.
+    /// Appearance beside a perspective view, where its centre has no position.
     fn beside(&self, view: &GpuView) -> Appearance {
         let Self { center, corner, is_round, .. } = *self;
         let distance = -center.z;
@@ -65,7 +65,7 @@ impl Body {
         Appearance { texel: view.size * 0.5, radius, grow, bounds, depth_reach }
     }
 
-    /// In a perspective view.
+    /// Appearance in a perspective view.
     fn ahead(&self, view: &GpuView) -> Appearance {
         let Self { center, corner, is_round, .. } = *self;
         let distance = -center.z;

@@ -19,7 +19,7 @@ use gobo::{
     records::{BACK_BIT, Footprint, TRIANGLE_BIT},
 };
 
-/// Pairs after which it is asked again whether anything behind is visible.
+/// Pairs between two tests of whether anything behind is visible.
 const ENDS: usize = 256;
 
 /// A pane's footprint, material and hit.
@@ -71,14 +71,14 @@ impl Eye<'_> {
                 let mut sent = seen_color(&hit, material) * light + material.emission;
                 let mut covered = Vec3::splat(hit.opacity);
                 if material.shape == Shape::Brick {
-                    // By channel.
+                    // Opacity per channel.
                     covered = hit.absorbed;
                     if !adds {
                         sent = target.brick_light(at, opaque, &lit.lattices);
                     }
                 }
                 let passed = if adds { Vec3::ONE } else { 1.0 - covered };
-                // The air in front of the hit covers what the hit covers.
+                // A hit also covers its share of the air in front of it.
                 let before = self.air_before(at, hit.depth);
                 let veil = before.light * (1.0 - passed);
                 pixel.lay(covered * sent * before.left + veil, passed);
@@ -92,7 +92,7 @@ impl Eye<'_> {
         colors
     }
 
-    /// The layers of a pixel over what is behind them.
+    /// Blends the layers of a pixel over its background.
     fn over<'s>(
         &self,
         blended: &'s Seen<'_>,
@@ -113,13 +113,13 @@ impl Eye<'_> {
         let bend = ray.bend(&self.view, &self.world_from_view, at, opaque);
         let (passed, pane) = (pixel.passed, pixel.nearest.unwrap_or(f32::INFINITY));
         let bend = bend.map(|(aside, blur)| Bend { aside, blur, pane, passed });
-        // What is seen elsewhere is added there.
+        // A displaced background is added where it is sampled.
         let straight = if bend.is_some() { Vec3::ZERO } else { passed };
         let light = color + straight * behind;
         Blended { light, ambient: straight * around.light, bend }
     }
 
-    /// Layer of a pane: its effect on a pixel except for the light that it scatters and mirrors.
+    /// Layer of a pane: its effect on a pixel, except for its scattered and mirrored light.
     fn layer<'s>(
         &self,
         blended: &'s Seen<'_>,
@@ -147,7 +147,7 @@ impl Eye<'_> {
         let to_eye = (self.position() - self.point(pixel, depth)).normalize();
         let [_, normal] = blended.normals(footprint, met, to_eye);
         let mirrored = mirrored_share(material, hit, normal, to_eye);
-        // Attenuates by its coverage already.
+        // Its transfer already attenuates by its coverage.
         let scattered = if covers(material) { 0.0 } else { scattered_share(material, opacity) };
         // `gain` amplifies light sources, not the background.
         let gathers = material.transfer == Transfer::Gain;
@@ -197,13 +197,13 @@ impl Eye<'_> {
     }
 }
 
-/// A pixel behind all its layers.
+/// A pixel after all its layers were blended.
 #[derive(Clone, Copy)]
 pub(super) struct Blended {
     pub light: Vec3,
     /// Ambient light of the opaque surface that is left.
     pub ambient: Vec3,
-    /// Where the opaque surface is seen, unless straight.
+    /// Displacement of the opaque surface, unless it is seen straight.
     pub bend: Option<Bend>,
 }
 
@@ -216,7 +216,7 @@ fn pane_gloss(material: &Material, hit: &Hit) -> Gloss {
     Gloss { reflectivity: material.reflectivity, polish }
 }
 
-/// Share of the sky that the surface mirrors; `normal` is on the eye's side.
+/// Mirrored share of the sky; `normal` is on the eye's side.
 fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) -> f32 {
     let (gloss, cosine) = (pane_gloss(material, hit), normal.dot(to_eye));
     let index = material.fresnel.index();
@@ -227,13 +227,13 @@ fn mirrored_share(material: &Material, hit: &Hit, normal: Vec3, to_eye: Vec3) ->
     gloss.mirrored_sky(cosine, material.roughness)
 }
 
-/// Whether its transfer attenuates what is behind it by what it covers.
+/// Whether its transfer attenuates the background by its coverage.
 fn covers(material: &Material) -> bool {
     matches!(material.transfer, Transfer::Over | Transfer::Smoke)
 }
 
-/// Share of light that a pane scatters: all that it covers where its transfer attenuates by that; else half of it if it is
-/// not clear, filtering the rest.
+/// Scattered share of a pane's light: all that it covers, if its transfer attenuates by coverage; else half
+/// of it unless the pane is clear, and the rest is filtered.
 fn scattered_share(material: &Material, opacity: f32) -> f32 {
     if material.unlit {
         return 0.0;

@@ -1,4 +1,4 @@
-//! Layers of a pixel, blended front to back, and the volumes in between.
+//! Layers of a pixel, blended front to back, and the volumes between them.
 use crate::{
     coplanar::is_in_front,
     refraction::{GlassFace, Ray},
@@ -15,13 +15,13 @@ const MAX_LIT: usize = 2;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer<P> {
     pub depth: f32,
-    /// Id of the object that it is of.
+    /// Id of its object.
     pub object: u32,
-    /// Light that it emits.
+    /// Emitted light.
     pub sent: Vec3,
     pub passed: Vec3,
     pub face: Option<Face>,
-    /// Of a pane that shows what is behind it aside, or blurred.
+    /// Refraction of a pane that displaces or blurs its background.
     pub glass: Option<GlassFace>,
     /// `None` for a layer that only emits.
     pub pane: Option<P>,
@@ -37,7 +37,7 @@ pub(super) struct Pixel<P> {
     pub lit: Vec<(P, Vec3)>,
     pub fog: Fog,
     pub ray: Ray,
-    /// Light depth of the nearest pane, if there is any.
+    /// Light depth of the nearest pane, if any.
     pub nearest: Option<f32>,
 }
 
@@ -65,7 +65,7 @@ impl Fog {
         Self { inside: Vec3::ZERO, reached: 0.0, metres }
     }
 
-    /// Advances to light depth `depth`; returns the transmittance on the way.
+    /// Advances to light depth `depth`; returns the transmittance of the path.
     pub(super) fn to(&mut self, depth: f32) -> Vec3 {
         let length = (depth - self.reached).max(0.0) * self.metres;
         self.reached = self.reached.max(depth);

@@ -6,9 +6,9 @@ use gobo::{
     records::Picture,
 };
 
-/// Mean of pictures at several samples per pixel: of linear light, and on the screen after the tone curve. A
-/// mean of light alone would be as bright as its brightest sample wherever the curve saturates, and edges
-/// would be jagged.
+/// Mean of pictures at several samples per pixel: of linear light, and of the screen's values after the tone
+/// curve. A mean of light alone would be as bright as its brightest sample wherever the curve saturates, and
+/// edges would be jagged.
 #[derive(Clone, Debug)]
 pub struct MeanPicture {
     size: UVec2,

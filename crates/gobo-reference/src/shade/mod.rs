@@ -1,6 +1,7 @@
-//! CPU reference of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters are
-//! shaded instead of summed.
+//! CPU reference of `wgsl/shade/shade_*.wgsl`: the lit picture. The camera is one more view, whose casters
+//! are shaded instead of summed.
 mod composite;
+mod details;
 mod layers;
 mod mean_picture;
 mod seen;
@@ -43,13 +44,13 @@ use std::ops::RangeInclusive;
 /// Transmittance below which nothing behind is visible.
 pub const FAINT: f32 = 1.0 / 1024.0;
 
-/// The lit picture; `maps` of `views`: the shadow views of the scene's lights. `fit`: fits those of area lights'
-/// points.
+/// The lit picture; `maps` of `views`: the shadow views of the scene's lights. `fit`: fits views to the
+/// points of area lights.
 pub fn render_picture(scene: &Scene, views: &[View], maps: &[ViewMaps], fit: Fit<'_>) -> Picture {
     render_samples(scene, views, maps, fit, None)
 }
 
-/// Like [`render_picture`]; `only`: the only sample of each pixel.
+/// Like [`render_picture`]; `only`: index of the only sample of each pixel.
 pub fn render_samples(
     scene: &Scene,
     views: &[View],
@@ -58,7 +59,7 @@ pub fn render_samples(
     only: Option<u32>,
 ) -> Picture {
     let camera = View::from_camera(&scene.camera, &scene.held_bounds());
-    // All samples at once, since the maps of a light's points are rendered once.
+    // All samples in one call, so that the maps of a light's points are rendered once.
     let light = mean_over_points(scene, views, maps, fit, |points| {
         let lighting = Lighting::of_points(scene, points);
         let cameras = (0..).zip(View::of_samples(scene, &camera));
@@ -78,7 +79,8 @@ pub fn render_samples(
     mean.picture()
 }
 
-/// Shadow masks of the picture in their stored format, of area lights those of points; `None` if the scene has no mask settings.
+/// Shadow masks of the picture in their stored format; for area lights, those of their points. `None` if the
+/// scene has no mask settings.
 pub fn picture_masks(scene: &Scene, views: &[View], maps: &[ViewMaps]) -> Option<Masks> {
     let camera = View::from_camera(&scene.camera, &scene.held_bounds());
     let lighting = Lighting::new(scene, views, maps);
@@ -135,17 +137,17 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     }
 }
 
-/// What is behind the translucent casters of a pixel.
+/// Background of a pixel's translucent casters.
 #[derive(Clone, Copy)]
 struct Behind {
     light: Vec3,
-    /// Id of the object that it is of, if it is a triangle's.
+    /// Id of its object, if it is a triangle.
     object: Option<u32>,
     /// The opaque surface, with the ambient light that it sends to the eye.
     around: Surroundings,
 }
 
-/// Light of translucent particles, and of the lattices of bricks by the index of their records.
+/// Light of translucent particles, and lattices of bricks by the index of their records.
 struct Lit {
     casters: Vec<Vec3>,
     lattices: Vec<Option<Lattice>>,
@@ -253,7 +255,7 @@ impl Eye<'_> {
             face: Vec3::ZERO,
             normal: Vec3::ZERO,
             to_eye: Vec3::ZERO,
-            // Not shadowed by itself: the bias is its radius.
+            // It does not shadow itself: the bias is its radius.
             reach: caster.radius,
             receiver: Receiver::new(material, caster.id),
             albedo: Vec3::ONE,
@@ -266,7 +268,8 @@ impl Eye<'_> {
         self.lighting.light(&point, None)
     }
 
-    /// Light of a brick's lattice; `None` where the camera does not see the brick, and for the record of a grid.
+    /// Light of a brick's lattice; `None` where the camera does not see the brick, and for the record of a
+    /// grid.
     fn light_brick(&self, blended: &Seen<'_>, record: usize) -> Option<Lattice> {
         let bricks = &blended.records.bricks;
         if !bricks.brick_records().contains(&(record as u32)) {
@@ -289,7 +292,7 @@ impl Eye<'_> {
                 face: Vec3::ZERO,
                 normal: Vec3::ZERO,
                 to_eye: (self.position() - position).normalize(),
-                // A curve knows what is in front of a point in its own brick.
+                // A curve holds the shadow of a point's own brick, too.
                 reach: if self.lighting.has_curves() { 0.0 } else { x + y + z },
                 receiver: Receiver::new(material, 0),
                 albedo: material.tint.truncate(),
@@ -321,7 +324,7 @@ impl Eye<'_> {
             let mut around = Surroundings { depth, ..Surroundings::NONE };
             let color = match point {
                 Some(point) => {
-                    // Spheres of particles are flat in the depths.
+                    // Particles have the depth of their discs, not of spheres.
                     around.normal = if point.reach > 0.0 { Vec3::ZERO } else { point.face };
                     around.light = self.lighting.ambient_of(&point) * before.left;
                     self.lighting.light(&point, self.masks.as_ref())

@@ -24,12 +24,12 @@ pub(super) struct Seen<'a> {
     detail: ImageDetail,
 }
 
-/// Light that a surface sends on to its far side, diffusely.
+/// Diffuse transmission of a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FarSide {
-    /// Share of the light from the far side that is scattered.
+    /// Scattered share of the light from the far side.
     pub(super) color: Vec3,
-    /// Share of the light on this side that stays.
+    /// Remaining share of the light on this side.
     pub(super) near: f32,
 }
 
@@ -76,7 +76,7 @@ impl<'a> Seen<'a> {
         })
     }
 
-    /// Light that the surface sends on to its far side where the ray meets it.
+    /// Diffuse transmission of the surface where the ray meets it.
     pub(super) fn far_side(
         &self,
         material: &Material,
@@ -94,8 +94,8 @@ impl<'a> Seen<'a> {
         Some(FarSide { color, near: 1.0 - far.transmission })
     }
 
-    /// Geometric and interpolated normal, both on the side of the face that the eye sees. Near a silhouette
-    /// the interpolated one may look away from the eye, and still is the face's.
+    /// Geometric and interpolated normal, both on the face's side that the eye sees. Near a silhouette the
+    /// interpolated normal may point away from the eye; it stays on the face's side.
     pub(super) fn normals(
         &self,
         footprint: &Footprint,

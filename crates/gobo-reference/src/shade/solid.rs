@@ -1,7 +1,9 @@
-//! Points of what is opaque and nearest.
+//! Points of the nearest opaque surfaces.
 use super::{
     super::shading::{Gloss, Point, PointKind, Receiver},
-    Eye, Seen, is_solid, seen_color,
+    Eye, Seen,
+    details::Details,
+    is_solid, seen_color,
 };
 use crate::{
     caster_hit::{Hit, Target},
@@ -16,13 +18,13 @@ use gobo::{
     records::{Footprint, TRIANGLE_BIT},
 };
 
-/// An opaque caster where a pixel's ray meets it first.
+/// The first opaque caster on a pixel's ray.
 #[derive(Clone, Copy)]
-pub(super) struct Nearest<'a> {
+pub(super) struct NearestCaster<'a> {
     pub(super) footprint: &'a Footprint,
     pub(super) material: &'a Material,
     pub(super) hit: Hit,
-    /// Id of the object that it is of, if it is a triangle.
+    /// Id of its object, if it is a triangle.
     pub(super) object: Option<u32>,
 }
 
@@ -33,8 +35,8 @@ impl Eye<'_> {
         solid: &'a Seen<'_>,
         index: usize,
         tile: &Tile,
-    ) -> TileTexels<Option<Nearest<'a>>> {
-        let mut nearest = TileTexels::filled(None::<Nearest<'a>>);
+    ) -> TileTexels<Option<NearestCaster<'a>>> {
+        let mut nearest = TileTexels::filled(None::<NearestCaster<'a>>);
         for pair in solid.bins.tile(index) {
             let footprint = &solid.casters.footprints[pair.footprint as usize];
             let target = Target::new(solid.records(), footprint);
@@ -48,14 +50,14 @@ impl Eye<'_> {
                     && hit.depth < 1.0
                     && is_in_front((hit.depth, object), before)
                 {
-                    nearest[in_tile] = Some(Nearest { footprint, material, hit, object });
+                    nearest[in_tile] = Some(NearestCaster { footprint, material, hit, object });
                 }
             }
         }
         nearest
     }
 
-    /// Its points.
+    /// Their points.
     pub(super) fn solid_points(
         &self,
         solid: &Seen<'_>,
@@ -77,20 +79,24 @@ impl Eye<'_> {
     pub(super) fn solid_point(
         &self,
         solid: &Seen<'_>,
-        nearest: &Nearest<'_>,
+        nearest: &NearestCaster<'_>,
         pixel: Vec2,
     ) -> Point {
         let point = self.plain_point(solid, nearest, pixel);
         if nearest.material.catcher { self.lighting.caught(&point) } else { point }
     }
 
-    /// As if nothing showed the surroundings behind it.
-    fn plain_point(&self, solid: &Seen<'_>, nearest: &Nearest<'_>, pixel: Vec2) -> Point {
-        let Nearest { footprint, material, hit, .. } = nearest;
+    /// The point, with its own albedo even if it shows the surroundings behind it.
+    fn plain_point(&self, solid: &Seen<'_>, nearest: &NearestCaster<'_>, pixel: Vec2) -> Point {
+        let NearestCaster { footprint, material, hit, .. } = nearest;
         if footprint.caster & TRIANGLE_BIT != 0 {
             let facet = self.triangle(solid, footprint, material, hit, pixel);
-            let Point { albedo, normal, to_eye, face, .. } = facet;
-            let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
+            let Point { albedo, to_eye, face, .. } = facet;
+            let details = solid.details(material, footprint, pixel, facet.normal);
+            let Details { normal, open, roughness, metallic } = details;
+            let facet = Point { normal, roughness, ..facet };
+            let surface = (roughness, metallic);
+            let around = open * self.lighting.mirrored_around(surface, albedo, normal, to_eye);
             let met = solid.setup(footprint).hit(pixel);
             let position = solid.rounded(footprint, met, face, facet.position);
             if material.unlit {
@@ -104,19 +110,22 @@ impl Eye<'_> {
                     albedo: albedo * far.near,
                     far: far.color,
                     emission: facet.emission + around,
-                    metallic: material.metallic,
+                    metallic,
                     ..facet
                 };
                 leaf.emission += self.lighting.ambient_behind(&leaf);
+                leaf.emission -= (1.0 - open) * self.lighting.ambient_of(&leaf);
                 return leaf;
             }
-            return Point {
+            let mut point = Point {
                 position,
                 to_eye: (self.position() - position).normalize(),
                 emission: facet.emission + around,
-                metallic: material.metallic,
+                metallic,
                 ..facet
             };
+            point.emission -= (1.0 - open) * self.lighting.ambient_of(&point);
+            return point;
         }
         let caster = &solid.records.casters[footprint.caster as usize];
         let position = self.point(pixel, hit.depth);
@@ -126,13 +135,14 @@ impl Eye<'_> {
             let (normal, reach) = Self::strand_surface(record, position, to_eye);
             (normal, reach, record.id)
         } else {
-            // Sphere-impostor normal.
+            // Normal of the sphere impostor.
             let aside = (position - caster.center) / caster.radius;
             let out = (1.0 - aside.length_squared()).max(0.05).sqrt();
             ((aside + to_eye * out).normalize(), caster.radius, caster.id)
         };
         let albedo = (caster.color(material.transfer as u32) * material.tint).truncate();
-        let around = self.lighting.mirrored_around(material, albedo, normal, to_eye);
+        let surface = (material.roughness, material.metallic);
+        let around = self.lighting.mirrored_around(surface, albedo, normal, to_eye);
         Point {
             kind: PointKind::Solid,
             position,
@@ -151,7 +161,7 @@ impl Eye<'_> {
         }
     }
 
-    /// Point of an opaque triangle that mirrors nothing.
+    /// Point of an opaque triangle without mirroring.
     pub(super) fn triangle(
         &self,
         seen: &Seen<'_>,

@@ -10,7 +10,7 @@ use gobo::{
 };
 
 impl Eye<'_> {
-    /// Point of a translucent capsule: its middle, with its axis as normal.
+    /// Point of a translucent capsule: its middle, with the axis in place of the normal.
     pub(super) fn strand(
         &self,
         caster: &Caster,
@@ -24,7 +24,7 @@ impl Eye<'_> {
             face: Vec3::ZERO,
             normal: (record.last - record.first).normalize_or_zero(),
             to_eye: (self.position() - caster.center).normalize(),
-            // Not shadowed by itself.
+            // It does not shadow itself.
             reach: record.first_radius.max(record.last_radius),
             receiver: Receiver::new(material, record.id),
             albedo: Vec3::ONE,

@@ -1,5 +1,5 @@
-//! What the camera sees first of what is opaque, and where it is in the next frame: data for compositors.
-use super::{super::shading::Lighting, Eye, OfClasses, seen::Seen, solid::Nearest};
+//! The camera's nearest opaque surfaces, and their motion to the next frame: data for compositors.
+use super::{super::shading::Lighting, Eye, OfClasses, seen::Seen, solid::NearestCaster};
 use crate::{caster_hit::Target, hit::HitTriangle, threads::each, tile::Tile};
 use glam::{UVec2, Vec2, Vec3};
 use gobo::{
@@ -10,7 +10,7 @@ use gobo::{
 /// An opaque surface at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Where its light is looked up, world space less the scene's origin \[m\].
+    /// Point at which its light is looked up, world space less the scene's origin \[m\].
     pub position: Vec3,
     /// Interpolated normal on the side that the eye sees, unit, world space.
     pub normal: Vec3,
@@ -22,12 +22,12 @@ pub struct Surface {
     pub object: u32,
     /// Index into [`Scene::materials`].
     pub material: u32,
-    /// To where it is in the next frame, right and down \[pixels\].
+    /// Motion to the next frame, right and down \[pixels\].
     pub motion: Vec2,
 }
 
-/// The nearest opaque surface of each pixel, row by row; `None` where there is none. `sample`: of the scene's samples per
-/// pixel. `next`: the scene at the next frame.
+/// The nearest opaque surface of each pixel, row by row; `None` where there is none. `sample`: index among
+/// the scene's samples per pixel. `next`: the scene at the next frame.
 pub fn surfaces(scene: &Scene, sample: u32, next: Option<&Scene>) -> Vec<Option<Surface>> {
     let lighting = Lighting::new(scene, &[], &[]);
     let camera = camera(scene, sample);
@@ -77,16 +77,16 @@ fn camera(scene: &Scene, sample: u32) -> View {
     of_sample.unwrap_or(whole)
 }
 
-/// Where the camera sees a point \[pixels\].
+/// Position of a point in the camera's picture \[pixels\].
 fn pixel_of(camera: &View, point: Vec3) -> Vec2 {
     let seen = camera.view_from_world.transform_point3(point);
     let slope = seen.truncate() / -seen.z;
     camera.size.as_vec2() * 0.5 + camera.scale * Vec2::new(slope.x, -slope.y)
 }
 
-/// How far what is seen moves until the next frame \[m\]: triangles by their index in the scene, with all that bends them,
-/// others by their centre; not at all what is not found again.
-fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -> Vec3 {
+/// Motion of a visible point to the next frame \[m\]: triangles, found by their index in the scene, move with
+/// their deformation, other casters with their centre; a caster that is not found does not move.
+fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &NearestCaster<'_>, pixel: Vec2) -> Vec3 {
     let footprint = found.footprint;
     let index = (footprint.caster & !TRIANGLE_BIT) as usize;
     if footprint.caster & TRIANGLE_BIT != 0 {
@@ -107,7 +107,7 @@ fn movement(now: &Seen<'_>, next: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -
 }
 
 impl Eye<'_> {
-    fn surface(&self, solid: &Seen<'_>, found: &Nearest<'_>, pixel: Vec2) -> Surface {
+    fn surface(&self, solid: &Seen<'_>, found: &NearestCaster<'_>, pixel: Vec2) -> Surface {
         let point = self.solid_point(solid, found, pixel);
         let footprint = found.footprint;
         let material = if footprint.caster & TRIANGLE_BIT != 0 {
@@ -115,7 +115,8 @@ impl Eye<'_> {
         } else {
             solid.records.casters[footprint.caster as usize].material()
         };
-        // A particle is flat in the picture's depths, and casts shadows as a disc: light is looked up on the sphere.
+        // A particle has the depth of a disc in the picture and casts shadows as a disc: light is looked up
+        // on the sphere.
         let is_sphere = point.reach > 0.0 && found.material.shape != Shape::Capsule;
         let out = if is_sphere { point.reach * point.normal.dot(point.to_eye) } else { 0.0 };
         Surface {

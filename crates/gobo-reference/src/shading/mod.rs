@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a point, and
-//! its reflection to the camera.
+//! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a
+//! point, and its reflection to the camera.
 pub mod receive;
 mod reflectance;
 pub mod seen_plane;
@@ -31,7 +31,7 @@ use std::f32::consts::FRAC_1_PI;
 #[derive(Clone, Debug)]
 pub struct Lighting<'a> {
     lights: Vec<GpuLight>,
-    /// The point of each light that its maps are rendered from.
+    /// The point of each light from which its maps are rendered.
     points: Vec<GpuLight>,
     views: Vec<GpuView>,
     maps: Vec<&'a ViewMaps>,
@@ -42,33 +42,37 @@ pub struct Lighting<'a> {
     environment: Option<&'a Environment>,
 }
 
-/// A receiver as data: visible surfaces make points, [`Lighting::light`] evaluates the light that they send
-/// to the eye.
+/// A receiver as data: visible surfaces make points, and [`Lighting::light`] evaluates the light that they
+/// send to the eye.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
+    /// Which rules of a receiver hold for it.
     pub kind: PointKind,
     /// Position, world space \[m\].
     pub position: Vec3,
     /// Pixel of the picture; (0, 0) for a particle's centre.
     pub pixel: UVec2,
-    /// Normal of the plane, unit, on the eye's side; zero for none.
+    /// Normal of the plane, unit, on the eye's side; zero without one.
     pub face: Vec3,
-    /// Interpolated normal, unit, on the eye's side; zero for none.
+    /// Interpolated normal, unit, on the eye's side; zero without one.
     pub normal: Vec3,
     /// Direction to the eye, unit.
     pub to_eye: Vec3,
-    /// Distance that a caster in the map may be off the point, added to the bias \[m\].
+    /// Largest distance of the point's own caster in the map, added to the bias \[m\].
     pub reach: f32,
+    /// Which casters tint it.
     pub receiver: Receiver,
-    /// Share of the light that it scatters.
+    /// Scattered share of the light.
     pub albedo: Vec3,
+    /// Roughness of its highlights, 0 to 1.
     pub roughness: f32,
+    /// Share of the light that it mirrors.
     pub gloss: Gloss,
-    /// Light that it emits, and mirrors from the environment.
+    /// Emitted light, and light mirrored from the environment.
     pub emission: Vec3,
     /// 1: mirrors in its own colour and scatters nothing.
     pub metallic: f32,
-    /// Of a leaf: share of the light from its far side that it scatters.
+    /// Scattered share of the light from the far side of a leaf.
     pub far: Vec3,
 }
 
@@ -77,17 +81,17 @@ pub struct Point {
 pub enum PointKind {
     /// Scatters light from its face's side.
     Solid,
-    /// A thin pane, which scatters light from both sides.
+    /// A thin pane that scatters light from both sides.
     Pane,
-    /// A thin layer that covers what is behind it, and scatters light from its face's side.
+    /// A thin layer that covers its background, and scatters light from its face's side.
     Cover,
     /// Scatters light from its face's side, and other light from its far side.
     Leaf,
     /// Scatters without a normal.
     Particle,
-    /// Around an axis, the normal: scatters as a cylinder, and mirrors.
+    /// Around an axis in place of the normal: scatters as a cylinder, and mirrors.
     Strand,
-    /// In a brick of voxels: scatters several times.
+    /// In a brick of voxels, with multiple scattering.
     Brick {
         /// `g` of its phase function.
         anisotropy: f32,
@@ -100,7 +104,7 @@ pub struct Receiver {
     receives: Receives,
     /// Owner tag of its object.
     tag: u16,
-    /// Whether it is opaque: it is in no filter map, so no translucent caster is its own.
+    /// Whether it is opaque: it is then in no filter map, so no translucent caster is its own.
     solid: bool,
     /// Whether it is in the filter map itself.
     leaf: bool,
@@ -113,31 +117,35 @@ impl Receiver {
     pub const AIR: Self =
         Self { receives: Receives::Curve, tag: 0, solid: false, leaf: false, turn: Vec2::X };
 
+    /// The receiver of a material; `id`: of its object.
     pub fn new(material: &Material, id: u32) -> Self {
         Self { receives: material.receives, tag: owner_tag(id), ..Self::AIR }
     }
 
-    /// The receiver at its pixel of the picture.
+    /// The receiver at a pixel of the picture.
     #[must_use]
     pub fn at_pixel(self, pixel: UVec2) -> Self {
         Self { turn: taps::turn(pixel), ..self }
     }
 
+    /// The receiver as a point of a kind.
     #[must_use]
     pub fn of_kind(self, kind: PointKind) -> Self {
         Self { solid: kind == PointKind::Solid, leaf: kind == PointKind::Leaf, ..self }
     }
 }
 
-/// Mirrored share of light: reflectivity in full, the rest by polish like glass.
+/// Mirrored share of light: the reflectivity, and a glass coating of the rest by polish.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gloss {
+    /// Share that is mirrored in full, 0 to 1.
     pub reflectivity: f32,
     /// 1 for glass, 0 for a surface of no coverage.
     pub polish: f32,
 }
 
 impl Gloss {
+    /// An opaque surface.
     pub const SOLID: Self = Self { reflectivity: 0.0, polish: 1.0 };
 
     /// `cosine` of the angle between the eye and the normal; `head_on`: reflectance at 0 degrees.
@@ -157,7 +165,7 @@ impl Gloss {
     }
 }
 
-/// Share of the way to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
+/// Share of the distance to a lamp at which the look-up from a body stops: a lamp has no direction to itself.
 pub const SHORT_OF: f32 = 0.999;
 /// Distance of a directional light \[m\].
 pub const SUN_DISTANCE: f32 = 3.4e38;
@@ -191,6 +199,7 @@ impl<'a> Lighting<'a> {
         self.maps.iter().any(|map| map.curve.is_some())
     }
 
+    /// Records of the lights.
     pub fn lights(&self) -> &[GpuLight] {
         &self.lights
     }
@@ -210,16 +219,15 @@ impl<'a> Lighting<'a> {
         sharp.lerp(level_around(environment, low + 1, point), level - low as f32)
     }
 
-    /// Reflection of the environment by an opaque surface, by its material and its own colour. Where the
+    /// Reflection of the environment by an opaque surface, by its material and its own colour. If the
     /// surroundings are two colours, only metal mirrors them.
     pub fn mirrored_around(
         &self,
-        material: &Material,
+        (roughness, metallic): (f32, f32),
         albedo: Vec3,
         normal: Vec3,
         to_eye: Vec3,
     ) -> Vec3 {
-        let Material { metallic, roughness, .. } = *material;
         let shown = if self.environment.is_some() { 1.0 } else { metallic };
         let share = mirrored_solid(albedo, metallic, normal.dot(to_eye), roughness);
         share * shown * self.radiance_around((-to_eye).reflect(normal), roughness)
@@ -234,8 +242,8 @@ impl<'a> Lighting<'a> {
         }
     }
 
-    /// Ambient light that a point scatters to the eye: of an opaque surface what it does not mirror there. Where the
-    /// surroundings are two colours, only metal mirrors them, and all else is scattered.
+    /// Ambient light that a point scatters to the eye; an opaque surface scatters what it does not mirror. If
+    /// the surroundings are two colours, only metal mirrors them, and the rest is scattered.
     pub fn ambient_of(&self, point: &Point) -> Vec3 {
         let is_solid = matches!(point.kind, PointKind::Solid | PointKind::Leaf);
         let mirrors = is_solid && self.environment.is_some();
@@ -259,8 +267,9 @@ impl<'a> Lighting<'a> {
         })
     }
 
-    /// Light that a point in a body sends to the eye. `own`: towards a light and up to a distance \[m\], where the way leaves
-    /// the body, and what passes up to there, from where the maps shadow it without a bias.
+    /// Light that a point in a body sends to the eye. `own`: given the direction to a light and its distance
+    /// \[m\], the point at which the path leaves the body and the transmittance up to there; from that point
+    /// on the maps shadow it without a bias.
     pub fn light_in_body(&self, point: &Point, own: impl Fn(Vec3, f32) -> (Vec3, Vec3)) -> Vec3 {
         self.light_through(point, |index, toward, face| {
             let light = &self.lights()[index];
@@ -272,7 +281,7 @@ impl<'a> Lighting<'a> {
         })
     }
 
-    /// `through`: share of a light, by number, that comes from a direction, with the normal on its side.
+    /// `through`: share of light number `index` that comes from a direction, with the normal on its side.
     fn light_through(&self, point: &Point, through: impl Fn(usize, Vec3, Vec3) -> Vec3) -> Vec3 {
         let (mut diffuse, mut shine) = (Vec3::ZERO, Vec3::ZERO);
         for (index, light) in self.lights().iter().enumerate() {
@@ -283,8 +292,8 @@ impl<'a> Lighting<'a> {
             if is_behind || !color.cmpgt(Vec3::ZERO).any() {
                 continue;
             }
-            // Normal on the light's side. A facet that looks away while its interpolated normal does not is
-            // part of a round surface.
+            // Normal on the light's side. A facet that points away although its interpolated normal does not
+            // is part of a round surface.
             let face = match (side > 0.0, is_solid) {
                 (true, _) => point.face,
                 (false, true) => point.normal,
@@ -298,7 +307,7 @@ impl<'a> Lighting<'a> {
                     color * phase_of_orders(through, ahead, anisotropy, point.albedo)
                 }
                 PointKind::Strand => passed * strand_scattered(point, toward),
-                // A highlight never sends more than it does head-on.
+                // A highlight never sends more light than it does head-on.
                 PointKind::Solid | PointKind::Leaf => {
                     passed * scattered(point.kind, cosine) * (1.0 - HEAD_ON * point.gloss.polish)
                 }
@@ -317,8 +326,8 @@ impl<'a> Lighting<'a> {
         point.emission + self.ambient_of(point) + scattered + shine
     }
 
-    /// A surface that shows the surroundings behind it, times the share of its light that reaches it: the whole of it is
-    /// divided out of what [`Self::light`] multiplies with.
+    /// A surface that shows the surroundings behind it, times the share of its light that reaches it: its
+    /// albedo is the surroundings over the whole light.
     pub fn caught(&self, point: &Point) -> Point {
         let of_light = |light: &GpuLight| {
             let (toward, color) = incoming(light, point.position);
@@ -336,8 +345,8 @@ impl<'a> Lighting<'a> {
         }
     }
 
-    /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine; 0 behind
-    /// a given far plane (rule 1, with nothing in the map).
+    /// Share of a light that reaches a point: 1 if nothing is in between, without falloff and cosine; 0
+    /// behind a given far plane (rule 1, with nothing in the map).
     pub fn share(&self, index: usize, point: &ReceiverPoint) -> Vec3 {
         let (toward, _) = incoming(&self.lights[index], point.position);
         // Normal on the light's side.
@@ -356,8 +365,8 @@ impl<'a> Lighting<'a> {
         self.shadow(index, point.position, face, point.reach, receiver)
     }
 
-    /// Radiance of a light that a point of the air scatters back along `ray`, per unit of scattering
-    /// optical depth.
+    /// Radiance of a light that a point of the air scatters back along `ray`, per unit of scattering optical
+    /// depth.
     pub fn scattered(&self, index: usize, point: Vec3, ray: Vec3, anisotropy: f32) -> Vec3 {
         let (toward, color) = incoming(&self.lights[index], point);
         if !color.cmpgt(Vec3::ZERO).any() {

@@ -1,6 +1,9 @@
 //! CPU reference of `wgsl/shade/receive.wgsl`: share of a light that the shadow maps let through to a point.
 use super::{
-    Lighting, Receiver, incoming, seen_plane::seen_normal, taps::beyond_spline, thrown::with_thrown,
+    Lighting, Receiver, incoming,
+    seen_plane::seen_normal,
+    taps::{beyond_spline, wide_lift},
+    thrown::with_thrown,
 };
 use crate::receive::{MapTexel, light_by_channel, receive, receive_curve};
 use glam::{Vec2, Vec3};
@@ -12,16 +15,16 @@ use std::ops::Range;
 
 /// A receiving surface, world space; `normal` is on the light's side, zero without one.
 #[derive(Clone, Copy, Debug)]
-struct Surface {
+struct ReceivingSurface {
     pub point: Vec3,
     pub normal: Vec3,
 }
 
-/// What a look-up of one light is for.
+/// Light and receiver of a look-up.
 #[derive(Clone, Copy, Debug)]
 struct LookUp<'a> {
     light: &'a GpuLight,
-    surface: Surface,
+    surface: ReceivingSurface,
     slant: Slant,
     receiver: Receiver,
 }
@@ -32,7 +35,7 @@ struct Slant {
     /// Sine of the angle between its normal and the direction to the light.
     sine: f32,
     tangent: f32,
-    /// Distance that a caster in the maps may be off the surface \[m\].
+    /// Largest distance of the surface's own caster in the maps \[m\].
     reach: f32,
 }
 
@@ -41,14 +44,14 @@ pub const MIN_INCIDENCE: f32 = 0.0625;
 
 /// Tangent plane of a receiver, view space.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+struct ReceiverPlane {
     point: Vec3,
     normal: Vec3,
-    /// Whether what shades the receiver ends at it: of a light with a size.
+    /// Whether shadows end at the receiver: those of a light with a size.
     is_end: bool,
 }
 
-/// Distance behind a stored depth from which a receiver is shadowed, with respect to opaque surfaces and to translucent
+/// Distance behind a stored depth from which a receiver is shadowed, for opaque surfaces and for translucent
 /// casters; \[m\], or as light depth.
 #[derive(Clone, Copy, Debug)]
 struct Bias {
@@ -61,8 +64,8 @@ pub const TOUCH: f32 = 1.0 / 16.0;
 /// Cosine between a plane's normal and a ray below which the plane has no depth along it.
 pub const EDGE_ON: f32 = 0.02;
 
-impl Plane {
-    fn new(view: &GpuView, surface: Surface) -> Self {
+impl ReceiverPlane {
+    fn new(view: &GpuView, surface: ReceivingSurface) -> Self {
         Self {
             point: view.view_from_world.transform_point3(surface.point),
             normal: view.view_from_world.transform_vector3(surface.normal),
@@ -70,14 +73,14 @@ impl Plane {
         }
     }
 
-    /// Light depth of the receiver, which is at `z`, along the ray through `texel`.
+    /// Light depth of the receiver at depth `z` along the ray through `texel`.
     fn depth_along(&self, view: &GpuView, texel: Vec2, z: f32) -> f32 {
         if self.is_end { self.meets(view, texel).min(z) } else { z }
     }
 
     /// Light depth along the ray through `texel` (view's map) up to which translucent casters tint the
-    /// receiver, which is at `z`. An opaque receiver cannot tint itself: for it this is where its plane meets
-    /// the ray, and slightly beyond, so that a caster that touches it counts. For a leaf it is in front of that by the bias.
+    /// receiver at `z`. An opaque receiver cannot tint itself: its tint depth is slightly beyond its plane,
+    /// so that a caster that touches it counts. For a leaf it is in front of the plane by the bias.
     fn tint_depth(
         &self,
         view: &GpuView,
@@ -93,7 +96,7 @@ impl Plane {
         }
     }
 
-    /// Light depth at which the ray through `texel` meets the plane; the point's own where it has no depth along it.
+    /// Light depth at which the ray through `texel` meets the plane; the point's own if the plane is edge-on.
     fn meets(&self, view: &GpuView, texel: Vec2) -> f32 {
         let Self { point, normal, .. } = *self;
         let slope = (texel - view.size * 0.5) / view.scale;
@@ -114,7 +117,7 @@ impl Lighting<'_> {
         view: usize,
         texel: Vec2,
         z: f32,
-        plane: Plane,
+        plane: ReceiverPlane,
         bias: Bias,
         receiver: Receiver,
     ) -> Vec3 {
@@ -141,19 +144,19 @@ impl Lighting<'_> {
             return by_channel(light);
         }
         let filter = if tinted { Vec3::from_array(map.filter[i]) } else { Vec3::ONE };
-        // A texel without translucent casters has the depth 1.
+        // A texel without translucent casters has depth 1.
         let is_behind = tint_z > map.nearest[i] && map.nearest[i] < 1.0;
         let nearest = if is_behind { f32::NEG_INFINITY } else { f32::INFINITY };
         let texel = MapTexel { filter, nearest, opaque: map.opaque[i] };
         by_channel(receive(z, &texel, bias.solid))
     }
 
-    /// Compares each texel on its own, and weights the results by the light's filter.
+    /// Compares each texel separately, and weights the results by the light's filter.
     fn receive(&self, index: usize, of: LookUp<'_>, point: Vec3, bias: Bias) -> Vec3 {
         let LookUp { light, surface, receiver, .. } = of;
         let Some(taps) = self.taps(index, point) else { return Vec3::ONE };
         let view = &self.views[index];
-        let mut plane = Plane::new(view, surface);
+        let mut plane = ReceiverPlane::new(view, surface);
         if is_soft(light, receiver) {
             if surface.normal == Vec3::ZERO {
                 plane.normal = seen_normal(view, self.maps[index], plane.point, bias.solid);
@@ -169,35 +172,42 @@ impl Lighting<'_> {
         sum
     }
 
-    /// The point offset along its normal by the depth that the slope spans within the filter; and the bias
+    /// The point, offset along its normal by the depth that the slope spans within the filter; and the bias
     /// \[m\].
     fn lifted(&self, index: usize, of: LookUp<'_>) -> (Vec3, Bias) {
         let LookUp { light, surface, slant, receiver } = of;
         let view = &self.views[index];
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
-        let reach = light.normal_bias + 0.5 + beyond_spline(light);
+        // Where the filter is wide, the slope that depths in the view have, along its axes.
+        let slope = view.view_from_world.transform_vector3(surface.normal).truncate();
+        let (sine, reach) = if beyond_spline(light) > 0.0 {
+            (slope.length(), wide_lift(light, slope))
+        } else {
+            (slant.sine, (light.normal_bias + 0.5) * slant.sine)
+        };
         // The bias is a part of the normal bias: edges of shadows move with the point.
-        let cosine = (1.0 - slant.sine * slant.sine).max(0.0).sqrt();
+        let cosine = (1.0 - sine * sine).max(0.0).sqrt();
         let has_normal = surface.normal != Vec3::ZERO;
-        let sine = if has_normal { slant.sine } else { 0.0 };
+        let own_sine = if has_normal { sine } else { 0.0 };
         let least = if slant.reach > 0.0 { CASTER_BIAS } else { 0.0 };
-        let bias = light.depth_bias(view, texel, sine, least);
-        let part = (bias * cosine).min(light.normal_bias * slant.sine * texel);
+        let bias = light.depth_bias(view, texel, own_sine, least);
+        let part = (bias * cosine).min(light.normal_bias * sine * texel);
         let is_soft = is_soft(light, receiver);
-        let lift = if is_soft { 0.0 } else { reach * slant.sine * texel - part };
+        let lift = if is_soft { 0.0 } else { reach * texel - part };
         let point = surface.point + surface.normal * lift;
         let added = slant.reach.max(0.0) + light.slope_bias * slant.tangent * texel;
         if slant.reach < 0.0 {
             return (point, Bias { solid: added, tint: added });
         }
-        // A point without a normal is on no translucent caster that could tint it.
+        // A point without a normal is on no caster, so none of its own can tint it.
         let is_on_caster = has_normal || slant.reach > 0.0;
         let tint = if is_on_caster { bias } else { light.depth_bias(view, 0.0, 0.0, 0.0) };
         (point, Bias { solid: bias + added, tint: tint + added })
     }
 
-    /// Light through the first window that contains the point, faded into the next; and its weight.
+    /// Light through the first window that contains the point, blended into the next near its border; and its
+    /// weight.
     fn through_windows(&self, windows: Range<usize>, of: LookUp<'_>) -> (Vec3, f32) {
         let (mut sum, mut rest) = (Vec3::ZERO, 1.0);
         for index in windows {
@@ -214,7 +224,7 @@ impl Lighting<'_> {
         (sum / (1.0 - rest).max(1e-6), 1.0 - rest)
     }
 
-    /// Light through the shadow of `views`: the first of them, the face of a cube, or windows.
+    /// Light through the shadow of `views`: their first, the face of a cube, or windows.
     fn through_shadow(&self, views: Range<usize>, of: LookUp<'_>) -> (Vec3, f32) {
         if self.views[views.start].role == ROLE_WINDOW {
             return self.through_windows(views, of);
@@ -239,8 +249,9 @@ impl Lighting<'_> {
         first + face..first + view.role_count as usize
     }
 
-    /// Least light that a light's viewpoints on average, or any further shadow, let through, per channel. `normal` is on the light's side;
-    /// `reach`: distance that a caster in the maps may be off the point \[m\].
+    /// Least transmittance, per channel, among the mean of a light's viewpoints and its further shadows.
+    /// `normal` is on the light's side; `reach`: largest distance of the point's own caster in the maps
+    /// \[m\].
     pub fn shadow(
         &self,
         index: usize,
@@ -254,7 +265,7 @@ impl Lighting<'_> {
             return Vec3::ONE;
         }
         let (toward, _) = incoming(light, point);
-        let surface = Surface { point, normal };
+        let surface = ReceivingSurface { point, normal };
         let cosine = normal.dot(toward);
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
         // Without a normal there is no slope.
@@ -290,7 +301,7 @@ fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
     let p = view.view_from_world.transform_point3(point);
     let spread = view.scale / if view.perspective > 0.0 { (-p.z).max(1e-6) } else { 1.0 };
     let position = Vec2::new(p.x, -p.y) * spread + view.size * 0.5;
-    // All texels of the filter are the window's own.
+    // All texels of the filter must be in the window.
     let border =
         position.min(view.size - position).min_element() - SPLINE_REACH - beyond_spline(light);
     if !(border > 0.0 && (view.near..=view.far).contains(&-p.z)) {

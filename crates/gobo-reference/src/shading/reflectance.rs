@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/shade/shading.wgsl`, `strand.wgsl` and `phase.wgsl`: shares of light that surfaces, particles
-//! and bricks send to the eye.
+//! CPU reference of `wgsl/shade/shading.wgsl`, `strand.wgsl` and `phase.wgsl`: shares of light that surfaces,
+//! particles and bricks send to the eye.
 use super::{Point, PointKind};
 use crate::air::phase;
 use glam::Vec3;
@@ -10,17 +10,18 @@ pub(super) fn scattered(kind: PointKind, cosine: f32) -> f32 {
     match kind {
         PointKind::Solid | PointKind::Cover | PointKind::Leaf => cosine.max(0.0) * FRAC_1_PI,
         PointKind::Pane => cosine.abs() * FRAC_1_PI,
-        // Evenly to all sides.
+        // Isotropic.
         PointKind::Particle | PointKind::Strand | PointKind::Brick { .. } => 0.25 * FRAC_1_PI,
     }
 }
 
-/// Share of light in a strand's highlight, in its own colour: that of hair, 0.04 at its surface and what its inside sends
-/// back.
+/// Share of light in a strand's highlight, in its own colour: 0.04 from the surface of hair, and the light
+/// returned from inside.
 pub const SHEEN: f32 = 0.2;
 
-/// Share of the light from `toward` that a strand of albedo 1 sends to the eye: of a cylinder that scatters evenly,
-/// over its width, and a highlight along the cone of mirrored light (Kajiya and Kay 1989), which comes off the rest.
+/// Share of the light from `toward` that a strand of albedo 1 sends to the eye: the mean over the width of a
+/// diffuse cylinder, and a highlight along the cone of mirrored light (Kajiya and Kay 1989), whose light the
+/// diffuse part lacks.
 pub(super) fn strand_scattered(point: &Point, toward: Vec3) -> f32 {
     let Point { normal: axis, to_eye, roughness, .. } = *point;
     let (along_light, along_eye) = (axis.dot(toward), axis.dot(to_eye));
@@ -31,9 +32,10 @@ pub(super) fn strand_scattered(point: &Point, toward: Vec3) -> f32 {
     let width = (roughness * roughness).max(0.04);
     let exponent = 2.0 / (width * width) - 1.0;
     let power = (sines[0] * sines[1] - along_light * along_eye).max(1e-6).powf(exponent);
-    // The integral of a cosine's power is sqrt(TAU / (exponent + 0.5)), slightly less at small ones.
+    // The integral of a cosine's power is sqrt(TAU / (exponent + 0.5)), slightly less at small exponents.
     let lobe = 0.5 * ((exponent + 0.5) / TAU).sqrt() * power;
-    // Of the highlight's cone as wide a part is seen as of the strand itself: the mean square of the sine over the lobe.
+    // As wide a part of the highlight's cone is seen as of the strand itself: the mean square of the sine
+    // over the lobe.
     let mirrored = SHEEN * (1.0 + exponent * sines[0] * sines[0]) / (exponent + 2.0);
     sines[0] * FRAC_1_PI * ((1.0 - mirrored) * evenly + SHEEN * lobe)
 }
@@ -43,9 +45,9 @@ pub const ORDERS: u32 = 4;
 /// Transmittance that maps store as 0.
 pub const DARKEST: f32 = 1.0 / 1024.0;
 
-/// Share of the light that a brick scatters to the eye, once and more often, where `passed` comes straight (Wrenninge,
-/// Kulla and Lundqvist 2013): each order adds a part of what it finds beyond the one before, so that light is scattered
-/// by the phase function alone where nothing is lost, and nowhere more than there is.
+/// Share of the light that a brick scatters to the eye by multiple scattering, where `passed` comes straight
+/// (Wrenninge, Kulla and Lundqvist 2013). Each order adds a part of the light missing after the one before:
+/// where nothing is lost, the phase function alone scatters, and nowhere is there more light than comes in.
 pub(super) fn phase_of_orders(passed: Vec3, cosine: f32, g: f32, albedo: Vec3) -> Vec3 {
     let mut light = (passed - DARKEST).max(Vec3::ZERO) / (1.0 - DARKEST);
     let (mut before, mut sum, mut share, mut lobe) = (Vec3::ZERO, Vec3::ZERO, Vec3::ONE, g);
@@ -62,7 +64,7 @@ pub(super) fn phase_of_orders(passed: Vec3, cosine: f32, g: f32, albedo: Vec3) -
 /// Reflectance of glass at normal incidence.
 pub const HEAD_ON: f32 = 0.04;
 
-/// Schlick 1994: from 0 head-on to 1 at 90 degrees.
+/// Rise of reflectance from 0 head-on to 1 at 90 degrees (Schlick 1994).
 pub(super) fn rising(cosine: f32) -> f32 {
     (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
@@ -73,8 +75,8 @@ pub(super) fn mirrored_solid(albedo: Vec3, metallic: f32, cosine: f32, roughness
     head_on + (head_on.max(Vec3::splat(1.0 - roughness)) - head_on) * rising(cosine)
 }
 
-/// Specular highlight: Blinn 1977, normalised so that it sends out all that arrives head-on, and never more; the
-/// exponent from the roughness as in Walter et al. 2007, section 6.
+/// Specular highlight: Blinn 1977, normalised so that it sends out all light that arrives head-on, and never
+/// more; exponent from the roughness as in Walter et al. 2007, section 6.
 pub(super) fn highlight(point: &Point, toward: Vec3) -> Vec3 {
     let Point { normal, to_eye, roughness, gloss, albedo, metallic, .. } = *point;
     let head_on = Vec3::splat(HEAD_ON).lerp(albedo, metallic);

@@ -7,8 +7,8 @@ use std::f32::consts::TAU;
 /// Rotation from each texel of a disc to the next (Vogel 1979): cosine and sine of the golden angle.
 pub const GOLDEN: Vec2 = Vec2::new(-0.737_368_9, 0.675_490_3);
 
-/// Direction to a disc's first texel, unit: rotated evenly by the pixel (Roberts 2018, the R2 sequence),
-/// alike in every frame.
+/// Direction to a disc's first texel, unit: rotated evenly by the pixel (Roberts 2018, the R2 sequence), the
+/// same in every frame.
 pub(super) fn turn(pixel: UVec2) -> Vec2 {
     let sum = pixel.x.wrapping_mul(12_664_745).wrapping_add(pixel.y.wrapping_mul(9_560_333));
     Vec2::from_angle((sum & 0xff_ffff) as f32 * (TAU / 16_777_216.0))
@@ -27,7 +27,7 @@ pub(super) struct Taps {
 }
 
 impl Taps {
-    /// Texel and weight of number `i`.
+    /// Position and weight of texel `i`.
     fn tap(&self, i: usize) -> (Vec2, f32) {
         let step = Vec2::new((i % 3) as f32 - 1.0, (i / 3) as f32 - 1.0);
         (self.middle + step, self.x[i % 3] * self.y[i / 3])
@@ -75,9 +75,18 @@ fn filter_reach(light: &GpuLight) -> f32 {
     }
 }
 
-/// Reach of the light's filter beyond the spline's \[texels\].
+/// Reach of the light's filter beyond that of the spline \[texels\].
 pub(super) fn beyond_spline(light: &GpuLight) -> f32 {
     (filter_reach(light) - SPLINE_REACH).max(0.0)
+}
+
+/// How far a point is lifted along its normal where the filter reaches beyond the spline \[texels\]. `slope`:
+/// the normal along the view's x and y. A plane's depths in a view change along these; a box reaches as far
+/// as its corners.
+pub(super) fn wide_lift(light: &GpuLight, slope: Vec2) -> f32 {
+    let is_box = light.taps & 0xff == FILTER_BOX;
+    let reach = if is_box { slope.abs().element_sum() } else { slope.length() };
+    (light.normal_bias + 0.5) * slope.length() + beyond_spline(light) * reach
 }
 
 impl Lighting<'_> {

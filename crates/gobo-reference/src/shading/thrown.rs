@@ -1,11 +1,11 @@
-//! CPU reference of `wgsl/shade/thrown_read.wgsl`: look-up of the light that glass throws.
+//! CPU reference of `wgsl/shade/thrown_read.wgsl`: look-up of the light refracted by glass.
 use super::taps::spline;
 use crate::caustics::{NEAR_SURFACE, index_at, place};
 use glam::{Vec2, Vec3, Vec4};
 use gobo::records::{GpuView, ViewMaps, caustic_light};
 
-/// Share of a light at a point, of which the maps let `straight` through: where the point is on the opaque surface, with what
-/// lands there, and without what was thrown elsewhere. `point`: world space.
+/// Share of a light at a point whose maps let `straight` through: if the point is on the opaque surface,
+/// refracted light that lands there is added, and light refracted elsewhere is missing. `point`: world space.
 pub(super) fn with_thrown(view: &GpuView, maps: &ViewMaps, point: Vec3, straight: Vec3) -> Vec3 {
     let point = view.view_from_world.transform_point3(point);
     let at = place(view, point);

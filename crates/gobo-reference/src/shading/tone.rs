@@ -10,19 +10,19 @@ fn tone_mapped(light: Vec3, tone: Tone) -> Vec3 {
     }
 }
 
-/// The curve of a film (Narkowicz 2015, "ACES Filmic Tone Mapping Curve"), with the exposure of the original.
+/// Filmic curve (Narkowicz 2015, "ACES Filmic Tone Mapping Curve"), with the exposure of the original.
 fn filmic(light: Vec3) -> Vec3 {
     let x = (light * 0.6).min(Vec3::splat(FILM_WHITE));
     (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
-/// Light past which film is white: squares stay finite.
+/// Light beyond which film is white, so that squares stay finite.
 pub const FILM_WHITE: f32 = 1e6;
 
 /// Khronos PBR Neutral (2024): hue and saturation stay, only highlights are compressed.
 fn neutral(light: Vec3) -> Vec3 {
     const START: f32 = 0.76;
-    /// Far below the original's: fire stays orange.
+    /// Far below the original's, so that fire stays orange.
     const DESATURATION: f32 = 0.01;
     let least = light.min_element();
     let toe = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
@@ -47,7 +47,7 @@ pub fn to_screen(light: Vec3) -> [u8; 3] {
     to_srgb(neutral(light))
 }
 
-/// sRGB (IEC 61966-2-1) of linear light.
+/// sRGB encoding (IEC 61966-2-1) of linear light.
 pub fn to_srgb(linear: Vec3) -> [u8; 3] {
     linear.to_array().map(|v| {
         let v = v.clamp(0.0, 1.0);

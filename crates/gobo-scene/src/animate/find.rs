@@ -1,4 +1,4 @@
-//! What a path of keys names.
+//! Animated values by the path in `target`.
 use super::{AIR, CAMERA, Check, LIGHT, MATERIAL, Target};
 use crate::{Scene, SceneError, error::quoted, plain::nearest};
 use gobo::model::LightKind;

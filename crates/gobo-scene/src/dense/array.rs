@@ -1,9 +1,9 @@
-//! Numbers of an array as a file has them, and where each voxel's are.
-use crate::vdb::Fault;
+//! Arrays of numbers in a file's byte order, and the offsets of their voxels.
+use crate::vdb::VolumeFault;
 use gobo::model::MAX_INDEX;
 use half::f16;
 
-/// How a number is stored.
+/// Storage type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     I8,
@@ -30,7 +30,7 @@ impl Number {
         }
     }
 
-    /// What stands for 1 in a colour.
+    /// Number that stands for 1 in a colour.
     pub(super) fn one(self) -> f64 {
         match self {
             Self::F16 | Self::F32 | Self::F64 => 1.0,
@@ -40,7 +40,7 @@ impl Number {
         }
     }
 
-    /// The number in the first bytes, in the order of the machine that wrote them.
+    /// The number in the first bytes; `is_big`: the highest byte comes first.
     fn value(self, bytes: &[u8], is_big: bool) -> f64 {
         fn first<const N: usize>(bytes: &[u8], is_big: bool) -> [u8; N] {
             std::array::from_fn(|i| bytes[if is_big { N - 1 - i } else { i }])
@@ -61,7 +61,7 @@ impl Number {
     }
 }
 
-/// What an axis of an array is.
+/// Meaning of an array's axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
     X,
@@ -69,7 +69,7 @@ pub(super) enum Axis {
     Z,
     /// Red, green, blue and perhaps opacity.
     Channel,
-    /// Time, or another of which the first is taken.
+    /// Time or another axis: only its first index is read.
     Other,
 }
 
@@ -77,7 +77,7 @@ impl Axis {
     pub(super) const SPACE: [Self; 3] = [Self::X, Self::Y, Self::Z];
 }
 
-/// Where the numbers of voxels are in an array.
+/// Offsets of voxels in an array.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layout {
     pub(super) number: Number,
@@ -87,16 +87,20 @@ pub(super) struct Layout {
     pub(super) size: [usize; 3],
     /// Numbers from a voxel to the next along x, y and z.
     strides: [usize; 3],
-    /// 1, or 3 or 4 of a colour.
+    /// Channels: 1, or 3 or 4 of a colour.
     pub(super) channels: usize,
     channel_stride: usize,
-    /// Arrays along the axes that are neither of space nor of colour.
+    /// Volumes along axes of neither space nor colour.
     pub(super) others: u64,
 }
 
 impl Layout {
-    /// `axes`: lengths and meanings, the fastest first. An axis of space that is not there has one voxel.
-    pub(super) fn new(number: Number, is_big: bool, axes: &[(u64, Axis)]) -> Result<Self, Fault> {
+    /// `axes`: lengths and meanings, the fastest first. A missing axis of space has one voxel.
+    pub(super) fn new(
+        number: Number,
+        is_big: bool,
+        axes: &[(u64, Axis)],
+    ) -> Result<Self, VolumeFault> {
         const HELP: &str = "write an array of three axes, or of four with colours along one";
         let mut layout = Self {
             number,
@@ -110,11 +114,11 @@ impl Layout {
         let mut stride: u64 = 1;
         for &(length, axis) in axes {
             if length == 0 {
-                return Err(Fault::new("an axis of the array has no voxels", HELP));
+                return Err(VolumeFault::new("an axis of the array has no voxels", HELP));
             }
             if axis != Axis::Other && length > MAX_INDEX as u64 {
                 let message = format!("{length} voxels along an axis of at most {MAX_INDEX}");
-                return Err(Fault::new(message, "cut it into several files"));
+                return Err(VolumeFault::new(message, "cut it into several files"));
             }
             match axis {
                 Axis::Channel => {
@@ -126,14 +130,14 @@ impl Layout {
                     (layout.size[i], layout.strides[i]) = (length as usize, stride as usize);
                 }
             }
-            // So that no sum of offsets wraps.
+            // Below 2^56, no sum of offsets overflows.
             stride = stride.checked_mul(length).filter(|&all| all < 1 << 56).ok_or_else(|| {
-                Fault::damaged("the lengths of its axes are more than any file holds")
+                VolumeFault::damaged("the lengths of its axes are more than any file holds")
             })?;
         }
         if ![1, 3, 4].contains(&layout.channels) {
             let message = format!("{} numbers for each voxel", layout.channels);
-            return Err(Fault::new(
+            return Err(VolumeFault::new(
                 message,
                 "give each voxel one number, or three or four of a colour",
             ));
@@ -147,7 +151,7 @@ impl Layout {
         (last + (self.channels - 1) * self.channel_stride + 1) * self.number.bytes()
     }
 
-    /// A channel of a voxel within the size, of at least [`Self::bytes`] bytes.
+    /// A channel of a voxel; `bytes` holds at least [`Self::bytes`] bytes.
     pub(super) fn at(&self, bytes: &[u8], voxel: [usize; 3], channel: usize) -> f64 {
         let [x, y, z] = voxel;
         let [along_x, along_y, along_z] = self.strides;

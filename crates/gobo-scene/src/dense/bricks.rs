@@ -1,21 +1,21 @@
-//! A tree of leaves and tiles of dense voxels: what is 0 has none.
-use crate::vdb::{Fault, LEAF_EDGE, LEAF_VOXELS, MOST_NODES, Tile, Tree};
+//! A sparse tree of dense voxels: leaves and tiles where the density is not 0.
+use crate::vdb::{LEAF_EDGE, LEAF_VOXELS, MOST_NODES, Tile, Tree, VolumeFault};
 use glam::IVec3;
 use rayon::prelude::*;
 
-/// What 8^3 voxels are.
-enum Part {
+/// Contents of 8^3 voxels.
+enum BrickPart {
     Nothing,
     Same(f32),
     Voxels(Box<[f32; LEAF_VOXELS]>),
 }
 
-/// The tree of `size` voxels along x, y and z from the origin on, and the numbers of densities that are below 0 and
-/// not finite, which count as 0.
+/// The tree of `size` voxels along x, y and z from the origin. Also counts the densities below 0 and the
+/// densities that are not finite: they become 0.
 pub(crate) fn tree_of(
     size: [usize; 3],
     density: impl Fn([usize; 3]) -> f32 + Sync,
-) -> Result<(Tree, [u64; 2]), Fault> {
+) -> Result<(Tree, [u64; 2]), VolumeFault> {
     const EDGE: usize = LEAF_EDGE as usize;
     let [width, height, depth] = size;
     let part = |[left, low, back]: [usize; 3]| {
@@ -36,20 +36,22 @@ pub(crate) fn tree_of(
         }
         let first = values[0];
         match values.iter().all(|&value| value == first) {
-            true if first == 0.0 => (Part::Nothing, wrong),
-            true => (Part::Same(first), wrong),
-            false => (Part::Voxels(values), wrong),
+            true if first == 0.0 => (BrickPart::Nothing, wrong),
+            true => (BrickPart::Same(first), wrong),
+            false => (BrickPart::Voxels(values), wrong),
         }
     };
     let (mut tree, mut all_wrong) = (Tree::default(), [0, 0]);
     let rows = height.div_ceil(EDGE);
-    // A slice of leaves at a time bounds what is there twice.
+    // Slices of leaves, one after another, bound the memory that is held twice.
     for back in (0..depth).step_by(EDGE) {
         let row = |row: usize| {
             let lefts = (0..width).step_by(EDGE);
             let parts = lefts.map(|left| (left, part([left, row * EDGE, back])));
             parts
-                .filter(|(_, (part, wrong))| !matches!(part, Part::Nothing) || *wrong != [0; 2])
+                .filter(|(_, (part, wrong))| {
+                    !matches!(part, BrickPart::Nothing) || *wrong != [0; 2]
+                })
                 .collect::<Vec<_>>()
         };
         let slice: Vec<_> = (0..rows).into_par_iter().map(row).collect();
@@ -59,16 +61,16 @@ pub(crate) fn tree_of(
                 let origin = [left, row * EDGE, back].map(|at| at as i32);
                 let origin = IVec3::from_array(origin);
                 match part {
-                    Part::Nothing => {}
-                    Part::Same(value) => {
+                    BrickPart::Nothing => {}
+                    BrickPart::Same(value) => {
                         tree.tiles.push(Tile { origin, edge: LEAF_EDGE, value });
                     }
-                    Part::Voxels(values) => {
+                    BrickPart::Voxels(values) => {
                         tree.leaves.push(origin);
                         tree.values.try_reserve(LEAF_VOXELS).map_err(|_| {
                             let message = format!("no memory for {} leaves", tree.leaves.len());
                             let help = "use a smaller array, or a machine with more memory";
-                            Fault::new(message, help)
+                            VolumeFault::new(message, help)
                         })?;
                         tree.values.extend_from_slice(&values[..]);
                     }
@@ -78,7 +80,7 @@ pub(crate) fn tree_of(
         if tree.leaves.len() + tree.tiles.len() > MOST_NODES {
             let message = format!("its voxels need more than {MOST_NODES} bricks");
             let help = "set `window` or `clip` so that less of it is above 0, or resample it with larger voxels";
-            return Err(Fault::new(message, help));
+            return Err(VolumeFault::new(message, help));
         }
     }
     Ok((tree, all_wrong))

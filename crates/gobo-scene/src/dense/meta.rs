@@ -1,20 +1,21 @@
-//! `MetaImage` of ITK, with its data or beside them: <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
+//! `MetaImage` of ITK, with its data inside or in another file:
+//! <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
 use super::{
     array::{Axis, Layout, Number},
-    file::{File, beside, bytes_beside},
+    file::{DenseFile, beside, bytes_beside},
     packed::{Packing, unpacked},
-    space::{Body, Place},
+    space::{BodyAxes, Place},
     text,
     voxels::Dense,
 };
-use crate::{error::quoted, units::unit_named, vdb::Fault};
+use crate::{error::quoted, units::unit_named, vdb::VolumeFault};
 use glam::DVec3;
 use std::{
     collections::HashMap,
     path::{Path, PathBuf},
 };
 
-/// Keys of which one is in the first lines of each file.
+/// Keys: each file has one of them in its first lines.
 const FIRST: [&str; 3] = ["ObjectType", "NDims", "ObjectSubType"];
 
 pub(super) fn is(head: &[u8]) -> bool {
@@ -28,17 +29,17 @@ pub(super) fn named(head: &[u8], path: &Path) -> Option<PathBuf> {
     beside(path, name).ok()
 }
 
-/// The data stand behind the header.
+/// Name that means that the data follow the header.
 const LOCAL: &str = "LOCAL";
 
-/// Values by key, and where the data start.
+/// Values by key, and the offset of the data.
 fn keys(bytes: &[u8]) -> (HashMap<&str, &str>, usize) {
     let (mut keys, mut at) = (HashMap::new(), 0);
     while let Some((line, next)) = text::line(bytes, at) {
         at = next;
         if let Some((key, value)) = line.split_once('=') {
             keys.insert(key.trim(), value.trim());
-            // The last one of each header.
+            // This key ends each header.
             if key.trim() == "ElementDataFile" {
                 break;
             }
@@ -47,12 +48,12 @@ fn keys(bytes: &[u8]) -> (HashMap<&str, &str>, usize) {
     (keys, at)
 }
 
-pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
+pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     file.has_one_array()?;
     let (keys, start) = keys(&file.bytes);
     let key = |name: &str| keys.get(name).copied();
     let need = |name: &str| {
-        key(name).ok_or_else(|| Fault::damaged(format!("the header has no key `{name}`")))
+        key(name).ok_or_else(|| VolumeFault::damaged(format!("the header has no key `{name}`")))
     };
     let is_true = |name: &str| key(name).is_some_and(|value| value.eq_ignore_ascii_case("true"));
     let number = number(need("ElementType")?)?;
@@ -86,20 +87,20 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
     Dense::new(data, layout, place(&keys, sizes.len())?)
 }
 
-fn data_name<'a>(keys: &HashMap<&str, &'a str>) -> Result<&'a str, Fault> {
-    let missing = || Fault::damaged("the header has no key `ElementDataFile`");
+fn data_name<'a>(keys: &HashMap<&str, &'a str>) -> Result<&'a str, VolumeFault> {
+    let missing = || VolumeFault::damaged("the header has no key `ElementDataFile`");
     keys.get("ElementDataFile").copied().ok_or_else(missing)
 }
 
-/// The name of the data's file; `None` if they stand behind the header.
-fn data_file(name: &str) -> Result<Option<&str>, Fault> {
+/// The name of the data's file; `None` if they follow the header.
+fn data_file(name: &str) -> Result<Option<&str>, VolumeFault> {
     if name.starts_with("LIST") || name.contains('%') {
-        return Err(Fault::new("its data are in several files", "write them into one file"));
+        return Err(VolumeFault::new("its data are in several files", "write them into one file"));
     }
     Ok((!name.eq_ignore_ascii_case(LOCAL)).then_some(name))
 }
 
-fn number(name: &str) -> Result<Number, Fault> {
+fn number(name: &str) -> Result<Number, VolumeFault> {
     let name = name.strip_suffix("_ARRAY").unwrap_or(name);
     Ok(match name {
         "MET_CHAR" => Number::I8,
@@ -114,13 +115,13 @@ fn number(name: &str) -> Result<Number, Fault> {
         "MET_DOUBLE" => Number::F64,
         other => {
             let message = format!("its numbers are of the type {}", quoted(other));
-            return Err(Fault::new(message, "write whole numbers, floats or doubles"));
+            return Err(VolumeFault::new(message, "write whole numbers, floats or doubles"));
         }
     })
 }
 
-/// `ITK` has the direction of each axis in a row of the matrix.
-fn place(keys: &HashMap<&str, &str>, dimension: usize) -> Result<Place, Fault> {
+/// `ITK` stores the direction of each axis in a row of the matrix.
+fn place(keys: &HashMap<&str, &str>, dimension: usize) -> Result<Place, VolumeFault> {
     let numbers = |names: &[&'static str]| {
         let found = names.iter().find_map(|&name| Some((name, *keys.get(name)?)));
         found.map_or(Ok(Vec::new()), |(name, text)| text::numbers(name, text))
@@ -134,7 +135,7 @@ fn place(keys: &HashMap<&str, &str>, dimension: usize) -> Result<Place, Fault> {
     });
     let mut place = Place::new(axes, origin);
     let is_body = keys.get("AnatomicalOrientation").is_some_and(|value| !value.contains('?'));
-    place.body = is_body.then_some(Body::LeftBack);
+    place.body = is_body.then_some(BodyAxes::LeftBack);
     let unit = keys.get("DistanceUnits").and_then(|name| unit_named(name));
     place.unit = unit.or(is_body.then_some(1e-3));
     Ok(place)

@@ -1,12 +1,12 @@
-//! NIfTI-1, with its data, packed or not, or beside them: Cox et al. 2004, `nifti1.h`.
+//! NIfTI-1, with its data inside or in another file, compressed or not: Cox et al. 2004, `nifti1.h`.
 use super::{
     array::{Axis, Layout, Number},
-    file::{File, bytes_beside},
+    file::{DenseFile, bytes_beside},
     packed::{Packing, unpacked},
-    space::{Body, Place},
+    space::{BodyAxes, Place},
     voxels::Dense,
 };
-use crate::vdb::Fault;
+use crate::vdb::VolumeFault;
 use flate2::read::MultiGzDecoder;
 use glam::{DQuat, DVec3};
 use std::{
@@ -22,23 +22,23 @@ const GZIP: &[u8] = &[0x1f, 0x8b];
 pub(super) fn is(head: &[u8]) -> bool {
     let mut first = Vec::new();
     if head.starts_with(GZIP) {
-        // A head that is cut off unpacks to what it has.
+        // A truncated head unpacks as far as it goes.
         let _ = MultiGzDecoder::new(head).take(HEADER as u64).read_to_end(&mut first);
     }
-    Header::of(if first.is_empty() { head } else { &first }).is_some()
+    NiftiHeader::of(if first.is_empty() { head } else { &first }).is_some()
 }
 
 pub(super) fn named(head: &[u8], path: &Path) -> Option<PathBuf> {
-    Header::of(head)?.is_beside().then(|| path.with_extension("img"))
+    NiftiHeader::of(head)?.is_beside().then(|| path.with_extension("img"))
 }
 
-/// The header, of which the first number says the order of bytes.
-struct Header<'a> {
+/// The header; its first number tells the byte order.
+struct NiftiHeader<'a> {
     bytes: &'a [u8],
     is_big: bool,
 }
 
-impl<'a> Header<'a> {
+impl<'a> NiftiHeader<'a> {
     fn of(bytes: &'a [u8]) -> Option<Self> {
         let bytes = bytes.get(..HEADER)?;
         let is_known = |magic: &[u8]| magic == b"n+1\0" || magic == b"ni1\0";
@@ -72,10 +72,12 @@ impl<'a> Header<'a> {
         DVec3::new(self.f32(at), self.f32(at + 4), self.f32(at + 8))
     }
 
-    fn layout(&self) -> Result<Layout, Fault> {
+    fn layout(&self) -> Result<Layout, VolumeFault> {
         let count = self.i16(40);
         if !(1..=7).contains(&count) {
-            return Err(Fault::damaged(format!("the header has {count} dimensions, of 1 to 7")));
+            return Err(VolumeFault::damaged(format!(
+                "the header has {count} dimensions, of 1 to 7"
+            )));
         }
         let (number, channels) = match self.i16(70) {
             2 => (Number::U8, 1),
@@ -92,14 +94,14 @@ impl<'a> Header<'a> {
             2304 => (Number::U8, 4),
             kind => {
                 let message = format!("its voxels are of the data type {kind}");
-                return Err(Fault::new(message, "write whole numbers, floats or doubles"));
+                return Err(VolumeFault::new(message, "write whole numbers, floats or doubles"));
             }
         };
         let mut axes = vec![(channels, Axis::Channel)];
         let space = Axis::SPACE.into_iter().chain(std::iter::repeat(Axis::Other));
         for (i, axis) in (0..count).zip(space) {
             let length = self.i16(42 + 2 * i as usize);
-            let wrong = || Fault::damaged(format!("{length} voxels along an axis"));
+            let wrong = || VolumeFault::damaged(format!("{length} voxels along an axis"));
             axes.push((u64::try_from(length).map_err(|_| wrong())?, axis));
         }
         Layout::new(number, self.is_big, &axes)
@@ -108,7 +110,7 @@ impl<'a> Header<'a> {
     /// By method 3, 2 or 1 of the header's description.
     fn place(&self) -> Place {
         let [qform, sform] = [252, 254].map(|at| self.i16(at));
-        // Of a few writers a length is 0 or below it.
+        // Some programs write lengths of 0 or less.
         let length = |i: usize| Some(self.f32(76 + 4 * i).abs()).filter(|&length| length > 0.0);
         let lengths = [1, 2, 3].map(|i| length(i).unwrap_or(1.0));
         let mut place = if sform > 0 {
@@ -131,7 +133,7 @@ impl<'a> Header<'a> {
             let [x, y, z] = lengths;
             Place::new([DVec3::X * x, DVec3::Y * y, DVec3::Z * z], DVec3::ZERO)
         };
-        place.body = (sform > 0 || qform > 0).then_some(Body::RightFront);
+        place.body = (sform > 0 || qform > 0).then_some(BodyAxes::RightFront);
         place.unit = match self.bytes[123] & 7 {
             1 => Some(1.0),
             2 => Some(1e-3),
@@ -142,13 +144,13 @@ impl<'a> Header<'a> {
     }
 }
 
-pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
+pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     file.has_one_array()?;
     let bytes = std::mem::take(&mut file.bytes);
     let is_packed = bytes.starts_with(GZIP);
     let head = if is_packed { unpacked(Packing::Gzip, &bytes, HEADER)? } else { Vec::new() };
-    let header = Header::of(if is_packed { &head } else { &bytes });
-    let header = header.ok_or_else(|| Fault::damaged("the header of NIfTI-1 is cut off"))?;
+    let header = NiftiHeader::of(if is_packed { &head } else { &bytes });
+    let header = header.ok_or_else(|| VolumeFault::damaged("the header of NIfTI-1 is cut off"))?;
     let layout = header.layout()?;
     let start = header.f32(108);
     let start = if start.is_finite() { start.clamp(0.0, 1e9) as usize } else { 0 };

@@ -2,16 +2,16 @@
 //! <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
 use super::{
     array::{Axis, Layout, Number},
-    file::File,
+    file::DenseFile,
     packed,
     space::Place,
     voxels::Dense,
 };
-use crate::{error::quoted, plain::nearest, vdb::Fault};
+use crate::{error::quoted, plain::nearest, vdb::VolumeFault};
 use std::io::{Cursor, Read as _};
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// First bytes of a file in an archive, and where the length of its name and the name are.
+/// First bytes of a file in a zip archive, then the offsets of the name's length and of the name.
 const ENTRY: &[u8] = b"PK\x03\x04";
 const NAME_LENGTH: usize = 26;
 const NAME: usize = 30;
@@ -30,18 +30,18 @@ pub(super) fn is_archive(head: &[u8]) -> bool {
     head.starts_with(ENTRY) && name.is_some_and(|name| name.ends_with(ENDING.as_bytes()))
 }
 
-pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
+pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     file.has_one_array()?;
-    let header = Header::read(&file.bytes)?;
+    let header = NpyHeader::read(&file.bytes)?;
     let mut bytes = std::mem::take(&mut file.bytes);
     bytes.drain(..header.length);
     Dense::new(bytes, header.layout()?, Place::default())
 }
 
-/// Reads the array of a name from an archive, or the one that is named `density`, or the first.
-pub(super) fn read_archive(file: &mut File<'_>) -> Result<Dense, Fault> {
+/// Reads the named array from an archive, or else `density`, or else the first one.
+pub(super) fn read_archive(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     let of_zip = |error: zip::result::ZipError| {
-        Fault::new(format!("the archive: {error}"), "write it again with numpy.savez")
+        VolumeFault::new(format!("the archive: {error}"), "write it again with numpy.savez")
     };
     let mut archive = zip::ZipArchive::new(Cursor::new(&file.bytes)).map_err(of_zip)?;
     let names: Vec<String> = archive
@@ -54,21 +54,29 @@ pub(super) fn read_archive(file: &mut File<'_>) -> Result<Dense, Fault> {
     if let (None, Some(asked)) = (place, file.array) {
         let near = nearest(asked, names.iter().map(String::as_str)).unwrap_or_default();
         let message = format!("there is no array {}; {near}", quoted(asked));
-        return Err(Fault::new(message.trim_end_matches("; "), "name one of the file's arrays"));
+        return Err(VolumeFault::new(
+            message.trim_end_matches("; "),
+            "name one of the file's arrays",
+        ));
     }
     let Some(name) = names.get(place.unwrap_or(0)) else {
-        return Err(Fault::new("no array is in the archive", "write it again with numpy.savez"));
+        return Err(VolumeFault::new(
+            "no array is in the archive",
+            "write it again with numpy.savez",
+        ));
     };
     let mut entry = archive.by_name(&format!("{name}{ENDING}")).map_err(of_zip)?;
-    let unpacks = |error| Fault::damaged(format!("its voxels do not unpack: {error}"));
-    // What the archive says of its size may be a lie.
+    let unpacks = |error| VolumeFault::damaged(format!("its voxels do not unpack: {error}"));
+    // The size that the archive states may be wrong.
     let mut head = Vec::new();
     entry.by_ref().take(MOST_HEADER as u64).read_to_end(&mut head).map_err(unpacks)?;
-    let header = Header::read(&head)?;
+    let header = NpyHeader::read(&head)?;
     let layout = header.layout()?;
     let (have, need) = (file.bytes.len(), layout.bytes());
     if need > have.saturating_mul(1032) {
-        return Err(Fault::damaged(format!("{need} bytes of voxels in an archive of {have}")));
+        return Err(VolumeFault::damaged(format!(
+            "{need} bytes of voxels in an archive of {have}"
+        )));
     }
     let mut bytes = packed::room(need)?;
     bytes.extend_from_slice(&head[header.length..]);
@@ -84,18 +92,18 @@ pub(super) fn read_archive(file: &mut File<'_>) -> Result<Dense, Fault> {
 /// Longest header that is read \[bytes\].
 const MOST_HEADER: usize = 1 << 16;
 
-struct Header {
+struct NpyHeader {
     number: Number,
     is_big: bool,
     is_fortran: bool,
     shape: Vec<u64>,
-    /// With the magic \[bytes\].
+    /// Length with the magic \[bytes\].
     length: usize,
 }
 
-impl Header {
-    fn read(bytes: &[u8]) -> Result<Self, Fault> {
-        let fault = |message: &str| Fault::new(message, WRITE_AGAIN);
+impl NpyHeader {
+    fn read(bytes: &[u8]) -> Result<Self, VolumeFault> {
+        let fault = |message: &str| VolumeFault::new(message, WRITE_AGAIN);
         let cut = || fault("the header of the array is cut off");
         if !is(bytes) {
             return Err(fault("this is no array of NumPy"));
@@ -121,9 +129,9 @@ impl Header {
         };
         let missing = || fault("the header of the array lacks `descr`, `fortran_order` or `shape`");
         let descr = value("descr").and_then(|rest| rest.strip_prefix('\''));
-        let descr = descr
-            .and_then(|rest| rest.split('\'').next())
-            .ok_or_else(|| Fault::new("the array has records", "save an array of plain numbers"))?;
+        let descr = descr.and_then(|rest| rest.split('\'').next()).ok_or_else(|| {
+            VolumeFault::new("the array has records", "save an array of plain numbers")
+        })?;
         let (order, kind) = descr.split_at_checked(1).ok_or_else(missing)?;
         let number = match kind {
             "i1" => Number::I8,
@@ -139,7 +147,7 @@ impl Header {
             "f8" => Number::F64,
             _ => {
                 let message = format!("the array has numbers of the kind {}", quoted(descr));
-                return Err(Fault::new(message, "save it as astype(\"f4\")"));
+                return Err(VolumeFault::new(message, "save it as astype(\"f4\")"));
             }
         };
         let shape = value("shape").and_then(|rest| rest.strip_prefix('('));
@@ -156,7 +164,7 @@ impl Header {
     }
 
     /// The array's axes are z, y, x and perhaps channels.
-    fn layout(&self) -> Result<Layout, Fault> {
+    fn layout(&self) -> Result<Layout, VolumeFault> {
         const HELP: &str =
             "save an array of the shape (z, y, x), or (z, y, x, 3) or (z, y, x, 4) with colours";
         let axes: &[Axis] = match self.shape[..] {
@@ -164,7 +172,7 @@ impl Header {
             [_, _, _, 1 | 3 | 4] => &[Axis::Z, Axis::Y, Axis::X, Axis::Channel],
             _ => {
                 let message = format!("the array has the shape {:?}", self.shape);
-                return Err(Fault::new(message, HELP));
+                return Err(VolumeFault::new(message, HELP));
             }
         };
         let mut axes: Vec<_> = self.shape.iter().copied().zip(axes.iter().copied()).collect();

@@ -1,13 +1,13 @@
-//! NRRD of teem, with its data or beside them: <https://teem.sourceforge.net/nrrd/format.html>.
+//! NRRD of teem, with its data inside or in another file: <https://teem.sourceforge.net/nrrd/format.html>.
 use super::{
     array::{Axis, Layout, Number},
-    file::{File, beside, bytes_beside},
+    file::{DenseFile, beside, bytes_beside},
     packed::{Packing, unpacked},
-    space::{Body, Place},
+    space::{BodyAxes, Place},
     text,
     voxels::Dense,
 };
-use crate::{error::quoted, units::unit_named, vdb::Fault};
+use crate::{error::quoted, units::unit_named, vdb::VolumeFault};
 use glam::DVec3;
 use std::{
     collections::HashMap,
@@ -25,7 +25,7 @@ pub(super) fn named(head: &[u8], path: &Path) -> Option<PathBuf> {
     beside(path, fields.get("data file")?).ok()
 }
 
-/// Fields by their names without capitals, and where the data start.
+/// Fields by their names in lower case, and the offset of the data.
 fn fields(bytes: &[u8]) -> (HashMap<String, &str>, usize) {
     let (mut fields, mut at) = (HashMap::new(), 0);
     while let Some((line, next)) = text::line(bytes, at) {
@@ -33,7 +33,7 @@ fn fields(bytes: &[u8]) -> (HashMap<String, &str>, usize) {
         if line.is_empty() {
             break;
         }
-        // Pairs of `:=` are a user's own.
+        // Pairs with `:=` are the user's own.
         let field = line.split_once(':').filter(|(_, value)| !value.starts_with('='));
         if let Some((key, value)) = field.filter(|_| !line.starts_with('#')) {
             let key = match &*key.trim().to_ascii_lowercase() {
@@ -48,20 +48,20 @@ fn fields(bytes: &[u8]) -> (HashMap<String, &str>, usize) {
     (fields, at)
 }
 
-pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
+pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     file.has_one_array()?;
     let (fields, start) = fields(&file.bytes);
     let field = |key: &str| fields.get(key).copied();
     let need = |key: &str| {
         let message = format!("the header has no field `{key}`");
-        field(key).ok_or_else(|| Fault::damaged(message))
+        field(key).ok_or_else(|| VolumeFault::damaged(message))
     };
     let number = number(need("type")?)?;
     let sizes = text::counts("sizes", need("sizes")?)?;
     let dimension = text::counts("dimension", need("dimension")?)?;
     if dimension != [sizes.len() as u64] {
         let message = format!("dimension {dimension:?}, but {} sizes", sizes.len());
-        return Err(Fault::damaged(message));
+        return Err(VolumeFault::damaged(message));
     }
     let axes = Axes::read(&sizes, &fields)?;
     let encoding = need("encoding")?.to_ascii_lowercase();
@@ -71,7 +71,7 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
         Some("little") => false,
         None if number.bytes() == 1 || is_text => false,
         _ => {
-            return Err(Fault::new(
+            return Err(VolumeFault::new(
                 "the header does not say the endian",
                 "add `endian: little` or `big`",
             ));
@@ -82,7 +82,7 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
     let own = file.bytes.get(start..).unwrap_or_default();
     let beside = field("data file").map(|name| {
         let is_many = name.starts_with("LIST") || name.contains('%');
-        let many = || Fault::new("its data are in several files", "write them into one file");
+        let many = || VolumeFault::new("its data are in several files", "write them into one file");
         (!is_many).then(|| bytes_beside(file.path, name)).ok_or_else(many)?
     });
     let mut data = beside.transpose()?.unwrap_or_else(|| own.to_vec());
@@ -111,13 +111,13 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
         _ if is_text => text::doubles(&data, need / number.bytes())?,
         other => {
             let message = format!("its encoding is {}", quoted(other));
-            return Err(Fault::new(message, "write it as raw, gzip or ascii"));
+            return Err(VolumeFault::new(message, "write it as raw, gzip or ascii"));
         }
     };
     Dense::new(data, layout, axes.place)
 }
 
-fn number(name: &str) -> Result<Number, Fault> {
+fn number(name: &str) -> Result<Number, VolumeFault> {
     Ok(match name {
         "signed char" | "int8" | "int8_t" => Number::I8,
         "uchar" | "unsigned char" | "uint8" | "uint8_t" => Number::U8,
@@ -141,12 +141,12 @@ fn number(name: &str) -> Result<Number, Fault> {
         "double" => Number::F64,
         other => {
             let message = format!("its numbers are of the type {}", quoted(other));
-            return Err(Fault::new(message, "write whole numbers, floats or doubles"));
+            return Err(VolumeFault::new(message, "write whole numbers, floats or doubles"));
         }
     })
 }
 
-/// The axes of an array, and where it is.
+/// The axes of an array, and its place.
 struct Axes {
     /// Lengths and meanings, the fastest first.
     axes: Vec<(u64, Axis)>,
@@ -154,7 +154,7 @@ struct Axes {
 }
 
 impl Axes {
-    fn read(sizes: &[u64], fields: &HashMap<String, &str>) -> Result<Self, Fault> {
+    fn read(sizes: &[u64], fields: &HashMap<String, &str>) -> Result<Self, VolumeFault> {
         let kinds: Vec<_> = fields.get("kinds").map_or(Vec::new(), |kinds| {
             kinds.split_ascii_whitespace().map(str::to_ascii_lowercase).collect()
         });
@@ -195,9 +195,9 @@ impl Axes {
         let mut place = Place::new([columns[0], columns[1], columns[2]], origin);
         let space = fields.get("space").map(|space| space.to_ascii_lowercase());
         place.body = match space.as_deref().map(|space| space.trim_end_matches("-time")) {
-            Some("left-posterior-superior" | "lps" | "lpst") => Some(Body::LeftBack),
-            Some("right-anterior-superior" | "ras" | "rast") => Some(Body::RightFront),
-            Some("left-anterior-superior" | "las" | "last") => Some(Body::LeftFront),
+            Some("left-posterior-superior" | "lps" | "lpst") => Some(BodyAxes::LeftBack),
+            Some("right-anterior-superior" | "ras" | "rast") => Some(BodyAxes::RightFront),
+            Some("left-anterior-superior" | "las" | "last") => Some(BodyAxes::LeftFront),
             _ => None,
         };
         let units = fields.get("space units").or(fields.get("units"));
@@ -205,14 +205,14 @@ impl Axes {
             let mut words = units.split('"').filter(|word| !word.trim().is_empty());
             words.next().and_then(unit_named)
         });
-        // Those of a body are of millimetres, as all who write them have it.
+        // Anatomical spaces are in millimetres, as all programs write them.
         place.unit = place.unit.or(place.body.map(|_| 1e-3));
         Ok(Self { axes, place })
     }
 }
 
 /// Vectors such as `(1,0,0) none (0,0,2)`.
-fn vectors(text: &str) -> Result<Vec<Option<DVec3>>, Fault> {
+fn vectors(text: &str) -> Result<Vec<Option<DVec3>>, VolumeFault> {
     let (mut vectors, mut rest) = (Vec::new(), text.trim_start());
     while !rest.is_empty() {
         if let Some(after) = rest.strip_prefix("none") {
@@ -222,11 +222,14 @@ fn vectors(text: &str) -> Result<Vec<Option<DVec3>>, Fault> {
         }
         let inner = rest.strip_prefix('(').and_then(|rest| rest.split_once(')'));
         let Some((inner, after)) = inner else {
-            return Err(Fault::damaged(format!("{} is no vector", quoted(rest))));
+            return Err(VolumeFault::damaged(format!("{} is no vector", quoted(rest))));
         };
         let numbers = text::numbers("a vector", &inner.replace(',', " "))?;
         if numbers.len() > 3 {
-            return Err(Fault::new("a space of more than three dimensions", "write one of three"));
+            return Err(VolumeFault::new(
+                "a space of more than three dimensions",
+                "write one of three",
+            ));
         }
         vectors.push(Some(text::three(&numbers, 0.0)));
         rest = after.trim_start();

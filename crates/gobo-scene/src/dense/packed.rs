@@ -1,25 +1,29 @@
-//! Arrays that are packed, within memory that the packed bytes can fill.
-use crate::{limits::has_memory, vdb::Fault};
+//! Unpacks compressed arrays; the memory for one is bounded by its packed size.
+use crate::{limits::has_memory, vdb::VolumeFault};
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 use std::io::Read;
 
 /// Largest array that is unpacked \[bytes\].
 pub(super) const MOST_BYTES: usize = 1 << 31;
-/// What a byte of a deflated stream unpacks to at most \[bytes\].
+/// Most bytes that a byte of a deflated stream unpacks to.
 const MOST_RATIO: usize = 1032;
 
-/// How bytes are packed.
+/// Compression of an array's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Packing {
     Zlib,
     Gzip,
 }
 
-/// The first `length` bytes of what is packed.
-pub(super) fn unpacked(packing: Packing, packed: &[u8], length: usize) -> Result<Vec<u8>, Fault> {
+/// The first `length` unpacked bytes.
+pub(super) fn unpacked(
+    packing: Packing,
+    packed: &[u8],
+    length: usize,
+) -> Result<Vec<u8>, VolumeFault> {
     if length > packed.len().saturating_mul(MOST_RATIO) {
         let message = format!("{length} bytes of voxels in {} packed ones", packed.len());
-        return Err(Fault::damaged(message));
+        return Err(VolumeFault::damaged(message));
     }
     let mut bytes = room(length)?;
     let read = match packing {
@@ -27,20 +31,26 @@ pub(super) fn unpacked(packing: Packing, packed: &[u8], length: usize) -> Result
         Packing::Gzip => MultiGzDecoder::new(packed).take(length as u64).read_to_end(&mut bytes),
     };
     if let Err(error) = read {
-        return Err(Fault::damaged(format!("its voxels do not unpack: {error}")));
+        return Err(VolumeFault::damaged(format!("its voxels do not unpack: {error}")));
     }
     Ok(bytes)
 }
 
-/// Room for unpacked bytes.
-pub(super) fn room(length: usize) -> Result<Vec<u8>, Fault> {
+/// An empty buffer with capacity for unpacked bytes.
+pub(super) fn room(length: usize) -> Result<Vec<u8>, VolumeFault> {
     if length > MOST_BYTES {
         let message = format!("{} MiB of packed voxels", length >> 20);
-        return Err(Fault::new(message, "write the array unpacked, or cut it into several files"));
+        return Err(VolumeFault::new(
+            message,
+            "write the array unpacked, or cut it into several files",
+        ));
     }
     if !has_memory(length as u64) {
         let message = format!("no memory for {} MiB of voxels", length >> 20);
-        return Err(Fault::new(message, "use a smaller array, or a machine with more memory"));
+        return Err(VolumeFault::new(
+            message,
+            "use a smaller array, or a machine with more memory",
+        ));
     }
     Ok(Vec::with_capacity(length))
 }

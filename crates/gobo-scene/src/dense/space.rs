@@ -1,21 +1,21 @@
-//! Where an array of voxels is.
-use crate::{units::Up, vdb::Fault};
+//! Placement of a voxel array in space.
+use crate::{units::Up, vdb::VolumeFault};
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Where the voxels of a file are.
+/// Placement of a file's voxels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// The file's space, in its units, from index space, in which voxel centres are whole numbers.
+    /// The file's space, in its units, from index space, where voxel centres are whole numbers.
     pub(super) file_from_index: DAffine3,
-    /// What the file says of its unit \[m\].
+    /// Unit that the file states \[m\].
     pub(super) unit: Option<f64>,
-    /// The axes of a body, if the file says that they are.
-    pub(super) body: Option<Body>,
+    /// Anatomical axes, if the file states them.
+    pub(super) body: Option<BodyAxes>,
 }
 
-/// Towards which side of a body x and y grow; z grows towards its head.
+/// Sides of the body that x and y grow towards; z grows towards the head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Body {
+pub(super) enum BodyAxes {
     /// Left and back, as in DICOM.
     LeftBack,
     /// Right and front, as in `NIfTI`.
@@ -24,8 +24,8 @@ pub(super) enum Body {
     LeftFront,
 }
 
-impl Body {
-    /// Standing, and facing +z: x to its left, y to its head, as glTF wants of models.
+impl BodyAxes {
+    /// Rotation to a body that stands and faces +z: x to its left, y to its head, as glTF wants of models.
     fn standing(self) -> DMat3 {
         let (left, front) = match self {
             Self::LeftBack => (1.0, -1.0),
@@ -50,13 +50,13 @@ impl Place {
         Self { file_from_index, ..Self::default() }
     }
 
-    /// Refuses what has no volume.
-    pub(super) fn check(&self) -> Result<(), Fault> {
+    /// Refuses voxels without volume.
+    pub(super) fn check(&self) -> Result<(), VolumeFault> {
         let (affine, matrix) = (self.file_from_index, self.file_from_index.matrix3);
         if !affine.is_finite() || !matrix.determinant().is_normal() || !matrix.inverse().is_finite()
         {
             let message = "its voxels have no volume, or none that is finite";
-            return Err(Fault::new(
+            return Err(VolumeFault::new(
                 message,
                 "write finite spacings that are not 0, and axes in three directions",
             ));

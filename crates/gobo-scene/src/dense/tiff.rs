@@ -1,12 +1,12 @@
-//! Stacks of TIFF pages: TIFF 6.0, and `ImageJ`'s spacing in the description of the first.
+//! Stacks of TIFF pages: TIFF 6.0, with `ImageJ`'s spacing in the first page's description.
 use super::{
     array::{Axis, Layout, Number},
-    file::File,
+    file::DenseFile,
     packed::MOST_BYTES,
     space::Place,
     voxels::Dense,
 };
-use crate::{limits::has_memory, units::unit_named, vdb::Fault};
+use crate::{limits::has_memory, units::unit_named, vdb::VolumeFault};
 use glam::DVec3;
 use std::io::Cursor;
 use tiff::{
@@ -21,12 +21,12 @@ pub(super) fn is(head: &[u8]) -> bool {
 
 type Pages<'a> = Decoder<Cursor<&'a [u8]>>;
 
-fn wrong(error: &TiffError) -> Fault {
+fn wrong(error: &TiffError) -> VolumeFault {
     let help = "write pages of grey or rgb, plain or packed by deflate or LZW";
-    Fault::new(format!("a page: {error}"), help)
+    VolumeFault::new(format!("a page: {error}"), help)
 }
 
-pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
+pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
     file.has_one_array()?;
     let mut limits = Limits::default();
     limits.decoding_buffer_size = MOST_BYTES;
@@ -44,20 +44,23 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
             ColorType::RGBA(bits) => (4, bits),
             other => {
                 let help = "write pages of grey, rgb or rgba";
-                return Err(Fault::new(format!("pages of {other:?}"), help));
+                return Err(VolumeFault::new(format!("pages of {other:?}"), help));
             }
         };
         let page = u64::from(size.0) * u64::from(size.1) * channels * u64::from(bits.div_ceil(8));
         if page.saturating_add(bytes.len() as u64) > MOST_BYTES as u64 || !has_memory(page) {
             let help = "use a smaller stack, or cut it into several files";
-            return Err(Fault::new("its pages are more than 2 GiB, or than there is memory", help));
+            return Err(VolumeFault::new(
+                "its pages are more than 2 GiB, or than there is memory",
+                help,
+            ));
         }
         let numbers = pages.read_image().map_err(|error| wrong(&error))?;
         let number = append(&mut bytes, &numbers)?;
         let own = (size, channels, number);
         if *first.get_or_insert(own) != own {
             let help = "write pages of one size and type";
-            return Err(Fault::new(format!("page {} is unlike the first", count + 1), help));
+            return Err(VolumeFault::new(format!("page {} is unlike the first", count + 1), help));
         }
         count += 1;
         if !pages.more_images() {
@@ -76,7 +79,7 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
 }
 
 /// Adds the numbers of a page, the lowest byte first.
-fn append(bytes: &mut Vec<u8>, numbers: &DecodingResult) -> Result<Number, Fault> {
+fn append(bytes: &mut Vec<u8>, numbers: &DecodingResult) -> Result<Number, VolumeFault> {
     macro_rules! extend {
         ($values:expr, $number:ident) => {{
             bytes.extend($values.iter().flat_map(|value| value.to_le_bytes()));
@@ -98,7 +101,7 @@ fn append(bytes: &mut Vec<u8>, numbers: &DecodingResult) -> Result<Number, Fault
     })
 }
 
-/// Edges of a voxel, in a unit \[m\] if one is said.
+/// Edges of a voxel, in a unit \[m\] if one is stated.
 struct Spacing {
     edges: DVec3,
     unit: Option<f64>,

@@ -1,6 +1,6 @@
 //! An array of voxels in memory.
 use super::{array::Layout, space::Place};
-use crate::{units::Up, vdb::Fault};
+use crate::{units::Up, vdb::VolumeFault};
 use glam::DAffine3;
 
 /// An array of voxels in memory.
@@ -8,19 +8,19 @@ use glam::DAffine3;
 pub(crate) struct Dense {
     bytes: Vec<u8>,
     layout: Layout,
-    /// What a number is multiplied by, and what is added then.
+    /// Factor of each number, and the offset added after it.
     pub(super) scale: [f64; 2],
     place: Place,
-    /// What of the file is not shown, a sentence each.
+    /// Parts of the file that are not shown, a sentence each.
     pub(crate) notes: Vec<String>,
 }
 
 impl Dense {
     /// `bytes`: from the first voxel on.
-    pub(super) fn new(bytes: Vec<u8>, layout: Layout, place: Place) -> Result<Self, Fault> {
+    pub(super) fn new(bytes: Vec<u8>, layout: Layout, place: Place) -> Result<Self, VolumeFault> {
         let (have, need) = (bytes.len(), layout.bytes());
         if have < need {
-            return Err(Fault::damaged(format!(
+            return Err(VolumeFault::damaged(format!(
                 "its voxels take {need} bytes, but {have} are there"
             )));
         }
@@ -56,8 +56,8 @@ impl Dense {
         (share(channel) * opacity) as f32
     }
 
-    /// The file's space \[m\] from index space, in which voxel centres are whole numbers. `unit` \[m\] and `up` replace what
-    /// the file says.
+    /// The file's space \[m\] from index space, where voxel centres are whole numbers. `unit` \[m\] and `up`
+    /// override the file's.
     pub(crate) fn volume_from_index(&self, unit: Option<f64>, up: Option<Up>) -> DAffine3 {
         self.place.volume_from_index(unit, up)
     }

@@ -1,18 +1,18 @@
 //! VTK's `ImageData` in XML: <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 use super::{
     array::{Axis, Layout, Number},
-    file::File,
+    file::DenseFile,
     packed::{self, Packing, unpacked},
     space::Place,
     text,
     voxels::Dense,
 };
-use crate::{error::quoted, plain::nearest, vdb::Fault};
+use crate::{error::quoted, plain::nearest, vdb::VolumeFault};
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use glam::{DMat3, DVec3};
 use roxmltree::{Document, Node, ParsingOptions};
 
-/// Most nodes of the text that is read.
+/// Most XML nodes that are read.
 const MOST_NODES: u32 = 100_000;
 const APPENDED: &[u8] = b"<AppendedData";
 
@@ -26,12 +26,12 @@ fn find(bytes: &[u8], word: &[u8], from: usize) -> Option<usize> {
     bytes.get(from..)?.windows(word.len()).position(|window| window == word).map(|at| at + from)
 }
 
-fn wrong(message: impl Into<String>) -> Fault {
-    Fault::new(message, "write the file again as .vti, in one piece")
+fn wrong(message: impl Into<String>) -> VolumeFault {
+    VolumeFault::new(message, "write the file again as .vti, in one piece")
 }
 
-pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
-    // What is appended may be no text.
+pub(super) fn read(file: &mut DenseFile<'_>) -> Result<Dense, VolumeFault> {
+    // Appended data need not be text.
     let appended = find(&file.bytes, APPENDED, 0);
     let end = appended.and_then(|at| find(&file.bytes, b">", at)).map(|at| at + 1);
     let data = end.and_then(|end| find(&file.bytes, b"_", end)).map(|at| &file.bytes[at + 1..]);
@@ -91,7 +91,7 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
                 .and_then(|offset| offset.parse().ok())
                 .ok_or_else(|| wrong("an array without an offset"))?;
             let data = data.and_then(|data| data.get(offset..));
-            let data = data.ok_or_else(|| Fault::damaged("its appended data are cut off"))?;
+            let data = data.ok_or_else(|| VolumeFault::damaged("its appended data are cut off"))?;
             let node = of(root, "AppendedData")?;
             stream.read(data, node.attribute("encoding") == Some("base64"))?
         }
@@ -106,18 +106,19 @@ pub(super) fn read(file: &mut File<'_>) -> Result<Dense, Fault> {
     let (origin, spacing) = (vector("Origin", 0.0)?, vector("Spacing", 1.0)?);
     let rows = text::numbers("Direction", image.attribute("Direction").unwrap_or_default())?;
     let rows: Option<[f64; 9]> = rows.try_into().ok();
-    // Of rows, so the transpose has them as columns.
+    // The file stores the matrix by rows, glam by columns.
     let turn = rows.map_or(DMat3::IDENTITY, |rows| DMat3::from_cols_array(&rows).transpose());
     let start = first + if is_cells { 0.5 } else { 0.0 };
     let axes = std::array::from_fn(|i| turn.col(i) * spacing[i]);
     Dense::new(bytes, layout, Place::new(axes, origin + turn * (start * spacing)))
 }
 
-/// The array of a name, or the scalars, or the first one of points or else of cells, and whether it is of cells.
+/// The named array, or else the scalars, or else the first array, points before cells; and whether it is of
+/// cells.
 fn array<'a, 'input>(
     piece: Node<'a, 'input>,
     name: Option<&str>,
-) -> Result<(Node<'a, 'input>, bool), Fault> {
+) -> Result<(Node<'a, 'input>, bool), VolumeFault> {
     let mut found = Vec::new();
     for (tag, is_cells) in [("PointData", false), ("CellData", true)] {
         for data in piece.children().filter(|child| child.has_tag_name(tag)) {
@@ -134,7 +135,7 @@ fn array<'a, 'input>(
         return of_name.map(|&(_, _, array, is_cells)| (array, is_cells)).ok_or_else(|| {
             let near = nearest(asked, found.iter().map(|(_, own, ..)| *own)).unwrap_or_default();
             let message = format!("there is no array {}; {near}", quoted(asked));
-            Fault::new(message.trim_end_matches("; "), "name one of the file's arrays")
+            VolumeFault::new(message.trim_end_matches("; "), "name one of the file's arrays")
         });
     }
     let first = found.into_iter().min_by_key(|&(rank, ..)| rank);
@@ -143,7 +144,7 @@ fn array<'a, 'input>(
         .ok_or_else(|| wrong("it has no array of points or cells"))
 }
 
-fn number(name: &str) -> Result<Number, Fault> {
+fn number(name: &str) -> Result<Number, VolumeFault> {
     Ok(match name {
         "Int8" => Number::I8,
         "UInt8" => Number::U8,
@@ -159,34 +160,34 @@ fn number(name: &str) -> Result<Number, Fault> {
     })
 }
 
-/// How the bytes of an array are written.
+/// Encoding of an array's bytes.
 struct Stream<'a> {
     is_big: bool,
     /// Whether lengths have 8 bytes.
     is_wide: bool,
     compressor: Option<&'a str>,
-    /// Bytes that the array has.
+    /// Bytes of the array.
     need: usize,
 }
 
 impl Stream<'_> {
-    /// The array of which the lengths are the first bytes.
-    fn read(&self, data: &[u8], is_base64: bool) -> Result<Vec<u8>, Fault> {
+    /// The array's bytes, which follow their lengths in the file.
+    fn read(&self, data: &[u8], is_base64: bool) -> Result<Vec<u8>, VolumeFault> {
         let width = if self.is_wide { 8 } else { 4 };
         let Some(compressor) = self.compressor else {
-            let whole = Part::new(data, is_base64).bytes(width + self.need)?;
+            let whole = VtiBytes::new(data, is_base64).bytes(width + self.need)?;
             let length = self.length(&whole, 0)?;
             if length < self.need {
                 let message = format!("an array of {length} bytes instead of {}", self.need);
-                return Err(Fault::damaged(message));
+                return Err(VolumeFault::damaged(message));
             }
             return Ok(whole.get(width..).unwrap_or_default().to_vec());
         };
-        let part = Part::new(data, is_base64);
+        let part = VtiBytes::new(data, is_base64);
         let count = self.length(&part.bytes(3 * width)?, 0)?;
         let head = width.saturating_mul(count.saturating_add(3));
         if head > data.len() {
-            return Err(Fault::damaged(format!("an array of {count} blocks")));
+            return Err(VolumeFault::damaged(format!("an array of {count} blocks")));
         }
         let lengths = part.bytes(head)?;
         let (block, last) = (self.length(&lengths, 1)?, self.length(&lengths, 2)?);
@@ -196,7 +197,7 @@ impl Stream<'_> {
         }
         let all = packed.iter().try_fold(0_usize, |sum, &length| sum.checked_add(length));
         let all = all.filter(|&all| all <= data.len());
-        let all = all.ok_or_else(|| Fault::damaged("its packed blocks are cut off"))?;
+        let all = all.ok_or_else(|| VolumeFault::damaged("its packed blocks are cut off"))?;
         let bytes = part.behind(head).bytes(all)?;
         let mut whole = packed::room(self.need.min(all.saturating_mul(1032)))?;
         let mut rest = &bytes[..];
@@ -208,7 +209,7 @@ impl Stream<'_> {
                 "vtkLZ4DataCompressor" => lz4(own, size)?,
                 other => {
                     let help = "write it with zlib, LZ4 or not packed at all";
-                    return Err(Fault::new(format!("packed by {}", quoted(other)), help));
+                    return Err(VolumeFault::new(format!("packed by {}", quoted(other)), help));
                 }
             });
             rest = behind;
@@ -219,11 +220,11 @@ impl Stream<'_> {
         Ok(whole)
     }
 
-    /// The length at a place.
-    fn length(&self, bytes: &[u8], place: usize) -> Result<usize, Fault> {
+    /// The length at byte `place`.
+    fn length(&self, bytes: &[u8], place: usize) -> Result<usize, VolumeFault> {
         let width = if self.is_wide { 8 } else { 4 };
         let own = bytes.get(place * width..(place + 1) * width);
-        let own = own.ok_or_else(|| Fault::damaged("the length of an array is cut off"))?;
+        let own = own.ok_or_else(|| VolumeFault::damaged("the length of an array is cut off"))?;
         let digit = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
         let length =
             if self.is_big { own.iter().fold(0, digit) } else { own.iter().rev().fold(0, digit) };
@@ -231,34 +232,34 @@ impl Stream<'_> {
     }
 }
 
-fn lz4(packed: &[u8], size: usize) -> Result<Vec<u8>, Fault> {
-    /// What a byte of LZ4 unpacks to at most \[bytes\].
+fn lz4(packed: &[u8], size: usize) -> Result<Vec<u8>, VolumeFault> {
+    /// Most bytes that a byte of LZ4 unpacks to.
     const MOST_RATIO: usize = 255;
     if size > packed.len().saturating_mul(MOST_RATIO) {
-        return Err(Fault::damaged(format!("{size} bytes in {} packed ones", packed.len())));
+        return Err(VolumeFault::damaged(format!("{size} bytes in {} packed ones", packed.len())));
     }
     let mut bytes = packed::room(size)?;
     bytes.resize(size, 0);
     let unpacked = lz4_flex::block::decompress_into(packed, &mut bytes)
-        .map_err(|error| Fault::damaged(format!("its voxels do not unpack: {error}")))?;
+        .map_err(|error| VolumeFault::damaged(format!("its voxels do not unpack: {error}")))?;
     bytes.truncate(unpacked);
     Ok(bytes)
 }
 
-/// Bytes, as they are or as letters.
+/// Raw bytes, or base64 text.
 #[derive(Clone, Copy)]
-struct Part<'a> {
+struct VtiBytes<'a> {
     data: &'a [u8],
     is_base64: bool,
 }
 
-impl<'a> Part<'a> {
+impl<'a> VtiBytes<'a> {
     fn new(data: &'a [u8], is_base64: bool) -> Self {
         Self { data, is_base64 }
     }
 
-    /// The first `length` bytes, or those that are there.
-    fn bytes(self, length: usize) -> Result<Vec<u8>, Fault> {
+    /// The first `length` bytes, or fewer if the data end.
+    fn bytes(self, length: usize) -> Result<Vec<u8>, VolumeFault> {
         if !self.is_base64 {
             return Ok(self.data[..length.min(self.data.len())].to_vec());
         }
@@ -267,12 +268,12 @@ impl<'a> Part<'a> {
         let end = letters.iter().position(|&byte| byte == b'<' || byte.is_ascii_whitespace());
         let mut bytes = STANDARD
             .decode(&letters[..end.unwrap_or(letters.len())])
-            .map_err(|error| Fault::damaged(format!("its base64: {error}")))?;
+            .map_err(|error| VolumeFault::damaged(format!("its base64: {error}")))?;
         bytes.truncate(length);
         Ok(bytes)
     }
 
-    /// What stands behind `length` bytes that were written by themselves.
+    /// Data after the first `length` bytes, which were encoded on their own.
     fn behind(self, length: usize) -> Self {
         let at = if self.is_base64 { length.div_ceil(3).saturating_mul(4) } else { length };
         Self { data: self.data.get(at..).unwrap_or_default(), ..self }

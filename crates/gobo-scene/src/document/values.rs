@@ -1,4 +1,4 @@
-//! Values of several spellings.
+//! Values with several spellings.
 use crate::{noise::Noise, numbers::exactly};
 use serde::{
     Deserialize, Deserializer,

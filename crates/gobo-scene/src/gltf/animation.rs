@@ -1,5 +1,5 @@
 //! Keys of glTF nodes.
-use super::file::File;
+use super::file::GltfFile;
 use crate::{
     SceneError,
     limits::Limit,
@@ -23,7 +23,7 @@ pub(crate) struct NodeTracks {
 }
 
 /// Tracks of the file's first animation, by node.
-pub(crate) fn tracks(file: &mut File) -> Result<HashMap<usize, NodeTracks>, SceneError> {
+pub(crate) fn tracks(file: &mut GltfFile) -> Result<HashMap<usize, NodeTracks>, SceneError> {
     let mut tracks: HashMap<usize, NodeTracks> = HashMap::new();
     let Some(animation) = file.document.animations().next() else { return Ok(tracks) };
     let mut keys = 0;
@@ -88,7 +88,7 @@ const WEIGHTS: usize = 3;
 
 /// Values of an accessor; `None` if its items have another type.
 fn read(
-    file: &File,
+    file: &GltfFile,
     accessor: &Accessor<'_>,
     dimensions: Dimensions,
 ) -> Result<Option<Vec<Vec4>>, SceneError> {

@@ -1,9 +1,9 @@
-//! What a glTF file announces, before anything is made of it.
+//! Counts that a glTF file announces, before anything is allocated.
 //!
 //! Never more than [`super::gltf::load`] makes: a texture that is stored once for bodies and once for
 //! surfaces is counted once.
 use super::{
-    file::File,
+    file::GltfFile,
     mesh::{corners, triangle_count},
     nodes,
     texture::{IMAGES, MAX_SIDE, Product, transmission},
@@ -20,8 +20,8 @@ pub(crate) struct Announced {
     pub(crate) texels: u64,
 }
 
-/// Counts what the nodes of the file's scene name.
-pub(crate) fn announced(file: &File) -> Announced {
+/// Counts the contents of the nodes in the file's scene.
+pub(crate) fn announced(file: &GltfFile) -> Announced {
     let mut triangles = 0_u64;
     let mut materials = Vec::new();
     let mut uses = 0_u64;
@@ -56,9 +56,9 @@ pub(crate) fn announced(file: &File) -> Announced {
     Announced { triangles, textures, texels }
 }
 
-/// Number of textures of these materials, and of their texels.
+/// Number of these materials' textures, and of their texels.
 pub(crate) fn images<'a>(
-    file: &'a File,
+    file: &'a GltfFile,
     materials: impl IntoIterator<Item = Material<'a>>,
 ) -> (u64, u64) {
     let (mut known, mut used) = (HashSet::new(), HashSet::new());
@@ -85,8 +85,8 @@ pub(crate) fn images<'a>(
     (textures, texels)
 }
 
-/// Images of the colour, which become one texture, of the emission, and of what passes diffusely.
-fn images_of<'a>(file: &'a File, material: &Material<'a>) -> [[Option<Image<'a>>; IMAGES]; 3] {
+/// Images of the colour, which become one texture; of the emission; and of diffuse transmission.
+fn images_of<'a>(file: &'a GltfFile, material: &Material<'a>) -> [[Option<Image<'a>>; IMAGES]; 3] {
     let transmits = transmission(material) > 0.0;
     let color = Product::of(material, transmits, false);
     let diffuse = file.diffuse(material).filter(|_| !transmits);

@@ -1,11 +1,11 @@
-//! Light that glTF materials pass diffusely (`KHR_materials_diffuse_transmission`): leaves, cloth and paper.
+//! Diffuse transmission of glTF materials (`KHR_materials_diffuse_transmission`): leaves, cloth and paper.
 use glam::Vec3;
 use serde_json::Value;
 
-/// What of a material passes diffusely.
+/// Diffuse transmission of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Diffuse {
-    /// Share of the light that is not mirrored.
+    /// Transmitted share of the light that is not mirrored.
     pub(crate) factor: f32,
     pub(crate) color: Vec3,
     /// Texture whose alpha multiplies the factor.
@@ -16,7 +16,7 @@ pub(crate) struct Diffuse {
     pub(crate) is_placed: bool,
 }
 
-/// By material; `None` without.
+/// Diffuse transmission by material; `None` without.
 pub(crate) fn all(root: &Value) -> Vec<Option<Diffuse>> {
     let of_material = |material: &Value| {
         let table = material.get("extensions")?.get("KHR_materials_diffuse_transmission")?;
@@ -47,7 +47,7 @@ pub(crate) fn all(root: &Value) -> Vec<Option<Diffuse>> {
 }
 
 impl Diffuse {
-    /// Share that the near side does not scatter, beside that texture.
+    /// Share that the near side does not scatter, unless a texture states it.
     pub(crate) fn lacks(&self) -> f32 {
         if self.share.is_some() { 0.0 } else { self.factor }
     }

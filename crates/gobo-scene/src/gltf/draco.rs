@@ -1,6 +1,6 @@
 //! Compressed primitives of glTF files: `KHR_draco_mesh_compression`.
-use super::{file::File, json::Fault};
-use crate::{SceneError, limits::Limit};
+use super::file::GltfFile;
+use crate::{SceneError, error::Fault, limits::Limit};
 use draco_core::{DecodeLimits, DecoderBuffer, FaceIndex, Mesh, MeshDecoder};
 use serde_json::{Value, json};
 use std::collections::HashMap;
@@ -9,10 +9,10 @@ pub(crate) const EXTENSION: &str = "KHR_draco_mesh_compression";
 
 const DAMAGED: &str = "check it with a glTF validator, or compress it again";
 
-/// A compressed primitive: the view that holds its stream, and the views that accessors read it from.
+/// A compressed primitive: the view with its stream, and the views that accessors read its data from.
 #[derive(Debug)]
-pub(crate) struct Packed {
-    /// As messages name it.
+pub(crate) struct PackedPrimitive {
+    /// Name in messages.
     name: String,
     stream: usize,
     indices: Decoded,
@@ -25,14 +25,14 @@ struct Decoded {
     accessor: usize,
     view: usize,
     count: usize,
-    /// Of an item.
+    /// Components of an item.
     components: usize,
-    number: Number,
+    number: ComponentType,
 }
 
 /// Type of a component.
 #[derive(Clone, Copy, Debug)]
-enum Number {
+enum ComponentType {
     I8,
     U8,
     I16,
@@ -41,9 +41,9 @@ enum Number {
     F32,
 }
 
-/// The file's compressed primitives. Their accessors get views of their own, whose bytes [`unpack`] makes; those that
-/// have a view keep it, as it holds the same without compression.
-pub(crate) fn packed(root: &mut Value) -> Result<Vec<Packed>, Fault> {
+/// The file's compressed primitives. Their accessors get new views, whose bytes [`unpack`] makes. An accessor
+/// with a view keeps it: it holds the same data uncompressed.
+pub(crate) fn packed(root: &mut Value) -> Result<Vec<PackedPrimitive>, Fault> {
     let mut found = Vec::new();
     for (mesh, value) in list(root, "meshes").iter().enumerate() {
         for (index, primitive) in list(value, "primitives").iter().enumerate() {
@@ -68,13 +68,13 @@ fn index(value: Option<&Value>) -> Option<usize> {
     value.and_then(Value::as_u64).and_then(|index| usize::try_from(index).ok())
 }
 
-/// `None` if no accessor needs what is compressed.
+/// `None` if no accessor needs the compressed data.
 fn of_primitive(
     root: &mut Value,
     name: String,
     primitive: &Value,
     packed: &Value,
-) -> Result<Option<Packed>, Fault> {
+) -> Result<Option<PackedPrimitive>, Fault> {
     let damaged = |what: &str| (format!("{name}: {what} of its compression is wrong"), DAMAGED);
     let stream = index(packed.get("bufferView")).ok_or_else(|| damaged("bufferView"))?;
     let buffer = list(root, "bufferViews").get(stream).and_then(|view| view.get("buffer"));
@@ -99,17 +99,17 @@ fn of_primitive(
         None if is_needed => return Err(damaged("indices")),
         None => return Ok(None),
     };
-    Ok(Some(Packed { name, stream, indices, attributes }))
+    Ok(Some(PackedPrimitive { name, stream, indices, attributes }))
 }
 
-/// Gives an accessor without a view one of its own; `Some(None)` if it has a view, `None` if it is damaged.
+/// Gives an accessor without a view a new one; `Some(None)` if it has one, `None` if it is damaged.
 fn decoded(root: &mut Value, index_of: usize, buffer: &Value) -> Option<Option<Decoded>> {
     let view = list(root, "bufferViews").len();
     let accessor = root.get_mut("accessors")?.get_mut(index_of)?.as_object_mut()?;
     if accessor.contains_key("bufferView") {
         return Some(None);
     }
-    let number = Number::of(accessor.get("componentType")?.as_u64()?)?;
+    let number = ComponentType::of(accessor.get("componentType")?.as_u64()?)?;
     let components = match accessor.get("type")?.as_str()? {
         "SCALAR" => 1,
         "VEC2" => 2,
@@ -126,17 +126,17 @@ fn decoded(root: &mut Value, index_of: usize, buffer: &Value) -> Option<Option<D
     Some(Some(Decoded { accessor: index_of, view, count, components, number }))
 }
 
-/// What compressed primitives hold.
+/// Contents of compressed primitives.
 #[derive(Debug, Default)]
 pub(crate) struct Unpacked {
-    /// Bytes of the views of their accessors.
+    /// Bytes of each accessor's view.
     pub(crate) views: HashMap<usize, Vec<u8>>,
-    /// Counts of accessors that announce another one than their stream has.
+    /// Item counts of accessors that announce another count than their stream.
     pub(crate) counts: HashMap<usize, usize>,
 }
 
 /// Decompresses primitives to the views of their accessors.
-pub(crate) fn unpack(file: &File, packed: &[Packed]) -> Result<Unpacked, SceneError> {
+pub(crate) fn unpack(file: &GltfFile, packed: &[PackedPrimitive]) -> Result<Unpacked, SceneError> {
     let mut unpacked = Unpacked::default();
     let mut bytes = 0;
     for primitive in packed {
@@ -169,7 +169,7 @@ pub(crate) fn unpack(file: &File, packed: &[Packed]) -> Result<Unpacked, SceneEr
             if usize::from(attribute.num_components()) < decoded.components {
                 return Err(damaged(&format!("attribute {id} has too few components")));
             }
-            // Exact, as attributes have no integers of 32 bits.
+            // Exact: no attribute has integers of 32 bits.
             let numbers = attribute.read_f32s(decoded.count, decoded.components);
             unpacked.put(announced, decoded, numbers.into_iter().map(f64::from));
         }
@@ -177,7 +177,7 @@ pub(crate) fn unpack(file: &File, packed: &[Packed]) -> Result<Unpacked, SceneEr
     Ok(unpacked)
 }
 
-/// `most`: what it may take \[bytes\].
+/// `most`: memory limit \[bytes\].
 fn decode(stream: &[u8], most: u64) -> Result<Mesh, draco_core::DracoError> {
     let faces = Limit::Triangles.most();
     let limits = DecodeLimits::default()
@@ -190,7 +190,7 @@ fn decode(stream: &[u8], most: u64) -> Result<Mesh, draco_core::DracoError> {
     Ok(mesh)
 }
 
-/// Bytes of all accessors as they are decoded, four a component.
+/// Bytes of all decoded accessors, at four per component.
 fn size_of<'a>(all: impl Iterator<Item = &'a Decoded>) -> u64 {
     let size =
         |decoded: &Decoded| (decoded.count as u64).saturating_mul((decoded.components * 4) as u64);
@@ -206,7 +206,7 @@ impl Unpacked {
     }
 }
 
-impl Packed {
+impl PackedPrimitive {
     fn size(&self) -> u64 {
         size_of(self.attributes.iter().map(|(_, decoded)| decoded).chain([&self.indices]))
     }
@@ -217,19 +217,19 @@ impl Decoded {
         let mut bytes = Vec::with_capacity(self.count * self.components * self.number.size());
         for number in numbers {
             match self.number {
-                Number::I8 => bytes.extend((number as i8).to_le_bytes()),
-                Number::U8 => bytes.push(number as u8),
-                Number::I16 => bytes.extend((number as i16).to_le_bytes()),
-                Number::U16 => bytes.extend((number as u16).to_le_bytes()),
-                Number::U32 => bytes.extend((number as u32).to_le_bytes()),
-                Number::F32 => bytes.extend((number as f32).to_le_bytes()),
+                ComponentType::I8 => bytes.extend((number as i8).to_le_bytes()),
+                ComponentType::U8 => bytes.push(number as u8),
+                ComponentType::I16 => bytes.extend((number as i16).to_le_bytes()),
+                ComponentType::U16 => bytes.extend((number as u16).to_le_bytes()),
+                ComponentType::U32 => bytes.extend((number as u32).to_le_bytes()),
+                ComponentType::F32 => bytes.extend((number as f32).to_le_bytes()),
             }
         }
         bytes
     }
 }
 
-impl Number {
+impl ComponentType {
     fn of(component_type: u64) -> Option<Self> {
         Some(match component_type {
             5120 => Self::I8,
@@ -242,7 +242,7 @@ impl Number {
         })
     }
 
-    /// Whether it is wide enough for an index.
+    /// Whether the type is wide enough for an index.
     const fn holds(self, index: u32) -> bool {
         match self {
             Self::U8 => index <= u8::MAX as u32,

@@ -1,5 +1,5 @@
-//! A glTF document and its bytes, validated before anything is read through them: the crate's readers trust
-//! offsets, counts and indices.
+//! A glTF document and its bytes, validated before anything is read through them: the `gltf` crate's readers
+//! trust offsets, counts and indices.
 use super::{
     diffuse::{self, Diffuse},
     draco,
@@ -9,7 +9,11 @@ use super::{
     splat_json::{self, SplatPrimitive},
     variants,
 };
-use crate::{SceneError, error::quoted, limits, read};
+use crate::{
+    SceneError,
+    error::{Fault, quoted},
+    limits, read,
+};
 use ::gltf::{
     Document,
     accessor::sparse::IndexType,
@@ -23,26 +27,26 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Zeros that any file may have without bytes for them \[items\].
+/// Items that may be zeros without bytes in the file, in any file.
 const FEW_ZEROS: usize = 1 << 16;
 
 #[derive(Debug)]
-pub(crate) struct File {
+pub(crate) struct GltfFile {
     pub(crate) path: PathBuf,
     pub(crate) document: Document,
     buffers: Vec<Vec<u8>>,
-    /// Views that were compressed, by index.
+    /// Decompressed views by index.
     unpacked: HashMap<usize, Vec<u8>>,
     instancing: Vec<Option<Instancing>>,
     films: Vec<Option<Film>>,
     diffuse: Vec<Option<Diffuse>>,
-    /// Primitives of splats, which the document has no more.
+    /// Primitives of splats, taken out of the document.
     pub(crate) splats: Vec<SplatPrimitive>,
     /// Features of the file that are ignored, a sentence each.
     pub(crate) notes: Vec<String>,
 }
 
-impl File {
+impl GltfFile {
     pub(crate) fn open(path: &Path) -> Result<Self, SceneError> {
         Self::open_variant(path, None)
     }
@@ -122,7 +126,7 @@ impl File {
         Ok(file)
     }
 
-    /// Gives accessors other counts: streams have the last word, as in other readers.
+    /// Overrides the counts of accessors: streams have the last word, as in other readers.
     fn recount(&mut self, counts: &HashMap<usize, usize>) -> Result<(), gltf::Error> {
         if counts.is_empty() {
             return Ok(());
@@ -149,7 +153,7 @@ impl File {
         self.films.get(material).copied().flatten()
     }
 
-    /// What a material passes diffusely.
+    /// Diffuse transmission of a material.
     pub(crate) fn diffuse(&self, material: &gltf::Material<'_>) -> Option<Diffuse> {
         self.diffuse.get(material.index()?).copied().flatten()
     }
@@ -169,10 +173,10 @@ impl File {
         })
     }
 
-    /// Files of its buffers and images.
+    /// Paths of its buffers and images.
     pub(crate) fn named(&self) -> Result<Vec<PathBuf>, SceneError> {
         let json = self.document.as_json();
-        // Buffers that stand in for compressed ones are not read.
+        // Buffers that are fallbacks of compressed ones are not read.
         let is_read = |index: &usize| !self.buffers[*index].is_empty();
         let buffers = (0..json.buffers.len()).filter(is_read);
         let uris = buffers.filter_map(|index| json.buffers[index].uri.as_ref());
@@ -196,7 +200,7 @@ impl File {
         self.invalid(message, "put the file into the folder of this one and name it relative to it")
     }
 
-    /// Decodes a data URI behind `data:`.
+    /// Decodes the part of a data URI after `data:`.
     fn decode(&self, rest: &str) -> Result<Vec<u8>, SceneError> {
         let bad =
             |problem: String| self.invalid(format!("data URI: {problem}"), "encode it in base64");
@@ -230,9 +234,9 @@ impl File {
         })
     }
 
-    /// Bytes of an image as it is stored.
+    /// Stored bytes of an image.
     pub(crate) fn image(&self, image: &gltf::Image<'_>) -> Result<Cow<'_, [u8]>, SceneError> {
-        // Not `Image::source`, which panics if the file gives neither a type nor a position.
+        // `Image::source` would panic on a file that gives neither a type nor a position.
         let json = &self.document.as_json().images[image.index()];
         let view = json.buffer_view.and_then(|index| self.document.views().nth(index.value()));
         match (view, &json.uri) {
@@ -278,7 +282,7 @@ impl File {
         let Some(sparse) = accessor.sparse() else {
             return accessor.view().map(|_| ()).ok_or_else(|| bad("has no data"));
         };
-        // Without a base, items are zero, and only the file's size bounds their number.
+        // Without a base, items are zeros: only the file's size bounds their number.
         if accessor.view().is_none() && accessor.count() > self.byte_count().max(FEW_ZEROS) {
             return Err(bad("promises more items than the file justifies"));
         }
@@ -318,7 +322,7 @@ fn copied(bytes: &[u8], path: &Path) -> Result<Vec<u8>, SceneError> {
 }
 
 /// JSON and binary chunk of a `.glb`, or a `.gltf` alone.
-fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), json::Fault> {
+fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     let damaged = || ("the file is cut off or damaged".to_owned(), "export it again");
     let Some(rest) = bytes.strip_prefix(b"glTF") else { return Ok((bytes, None)) };
     let number = |at: usize| {
@@ -335,7 +339,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), json::Fault> {
     let blob = if rest.is_empty() {
         None
     } else {
-        // Chunks of other kinds are ignored.
+        // Other chunks are ignored.
         chunk(rest, b"BIN\0").map(|(blob, _)| blob)
     };
     Ok((text, blob))
@@ -378,7 +382,7 @@ fn check_json(json: &Root) -> Result<(), String> {
     Ok(())
 }
 
-/// What a data URI has behind `data:`.
+/// Part of a data URI after `data:`.
 fn data_of(uri: &str) -> Option<&str> {
     let (scheme, data) = uri.split_once(':')?;
     scheme.eq_ignore_ascii_case("data").then_some(data)

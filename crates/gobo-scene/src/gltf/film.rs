@@ -5,11 +5,11 @@ use std::f32::consts::PI;
 /// Thin film on a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Film {
-    /// Share of the surface that it covers.
+    /// Covered share of the surface.
     factor: f32,
     /// Index of refraction.
     ior: f32,
-    /// \[nm\]
+    /// Thickness \[nm\].
     thickness: f32,
 }
 
@@ -41,7 +41,8 @@ pub(crate) fn films(root: &Value) -> Vec<Option<Film>> {
 }
 
 impl Film {
-    /// Reflectivity of a material of index `base` in air: the film's reflectance beyond that of polish.
+    /// Reflectivity of a material of index `base` in air: the film's reflectance minus that of a polished
+    /// surface.
     pub(crate) fn reflectivity(&self, base: f32) -> f32 {
         let all = WAVELENGTHS.map(|wavelength| self.mirrored(base, wavelength));
         let mean = all.iter().sum::<f32>() / all.len() as f32;

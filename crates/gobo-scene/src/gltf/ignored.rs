@@ -1,10 +1,10 @@
-//! What of a glTF file is not read: named once.
+//! Parts of a glTF file that are not read, each named once in a note.
 use super::json::EXTENSIONS;
 use crate::error::quoted;
 use serde_json::{Map, Value};
 use std::{collections::BTreeSet, path::Path};
 
-/// What of a document is not read.
+/// Parts of a document that are not read.
 #[derive(Debug, Default)]
 pub(crate) struct Ignored {
     extensions: BTreeSet<String>,
@@ -13,16 +13,17 @@ pub(crate) struct Ignored {
     properties: BTreeSet<&'static str>,
 }
 
-/// Attributes of a primitive that the crate knows: these words alone, or with the number of a set.
+/// Attributes of a primitive that the `gltf` crate knows: these words alone, or with the number of a set.
 const WORDS: [&str; 3] = ["POSITION", "NORMAL", "TANGENT"];
 const SETS: [&str; 4] = ["COLOR_", "TEXCOORD_", "JOINTS_", "WEIGHTS_"];
 
-/// Wrap mode of a sampler that repeats, and its filter that does not.
+/// Sampler modes without effect: the wrap mode of a sampler that repeats, and the filter of one that does not
+/// interpolate.
 const REPEAT: u64 = 10497;
 const NEAREST: u64 = 9728;
 
 impl Ignored {
-    /// Finds what is not read, and takes attributes that the crate refuses out of the document.
+    /// Collects ignored parts, and removes attributes that the `gltf` crate refuses.
     pub(crate) fn take(root: &mut Value) -> Self {
         let mut ignored = Self::default();
         ignored.extensions(root);
@@ -34,7 +35,7 @@ impl Ignored {
         ignored
     }
 
-    /// Extensions of all objects, as some files do not list them.
+    /// Collects the extensions of all objects, as some files do not list them.
     fn extensions(&mut self, value: &Value) {
         match value {
             Value::Array(items) => items.iter().for_each(|item| self.extensions(item)),
@@ -83,9 +84,6 @@ impl Ignored {
                 self.properties.insert(words);
             }
         };
-        let any = |key: &str| list("materials").iter().any(|material| material.get(key).is_some());
-        note(any("normalTexture"), "normal textures");
-        note(any("occlusionTexture"), "occlusion textures");
         let of_samplers = |key: &str, is_other: fn(u64) -> bool| {
             let value = |sampler: &Value| sampler.get(key).and_then(Value::as_u64);
             list("samplers").iter().filter_map(value).any(is_other)
@@ -98,7 +96,7 @@ impl Ignored {
         note(list("scenes").len() > 1, "scenes other than the default");
     }
 
-    /// Sentences that name it.
+    /// Sentences that name them.
     pub(crate) fn notes(&self, path: &Path) -> Vec<String> {
         let quotes = |names: &BTreeSet<String>| names.iter().map(|name| quoted(name)).collect();
         let words = self.properties.iter().map(|&words| words.to_owned()).collect();
@@ -125,7 +123,7 @@ fn is_known(name: &str) -> bool {
     WORDS.contains(&name) || SETS.iter().any(|word| name.strip_prefix(word).is_some_and(is_number))
 }
 
-/// Whether it is a set of colours behind the first.
+/// Whether it is a set of colours after the first.
 fn is_spare(name: &str) -> bool {
     name.starts_with("COLOR_") && name != "COLOR_0"
 }

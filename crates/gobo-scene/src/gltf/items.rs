@@ -1,5 +1,5 @@
 //! Items of an accessor, read in place: unused items cost nothing, however often a file names them.
-use super::file::File;
+use super::file::GltfFile;
 use crate::SceneError;
 use ::gltf::accessor::DataType;
 
@@ -7,9 +7,9 @@ use ::gltf::accessor::DataType;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Items<'a> {
     /// Base items; zeros if there are none.
-    base: Option<Rows<'a>>,
-    /// Sorted indices, and the items that replace those.
-    sparse: Option<(Rows<'a>, Rows<'a>)>,
+    base: Option<Strided<'a>>,
+    /// Sorted indices, and the items that replace the base's.
+    sparse: Option<(Strided<'a>, Strided<'a>)>,
     pub(crate) count: usize,
     data_type: DataType,
     is_normalized: bool,
@@ -17,14 +17,14 @@ pub(crate) struct Items<'a> {
 
 /// Byte strings at a constant stride.
 #[derive(Clone, Copy, Debug)]
-struct Rows<'a> {
+struct Strided<'a> {
     bytes: &'a [u8],
     stride: usize,
     size: usize,
     count: usize,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> Strided<'a> {
     fn get(&self, i: usize) -> &'a [u8] {
         &self.bytes[i * self.stride..][..self.size]
     }
@@ -35,13 +35,13 @@ impl<'a> Rows<'a> {
     }
 }
 
-impl File {
+impl GltfFile {
     /// Items of `accessor`, which must have been checked.
     pub(crate) fn items(&self, accessor: &gltf::Accessor<'_>) -> Result<Items<'_>, SceneError> {
         let (size, count) = (accessor.size(), accessor.count());
         let rows = |view: &gltf::buffer::View<'_>, offset: usize, size: usize, count: usize| {
             let bytes = &self.view(view)?[offset..];
-            Ok(Rows { bytes, stride: view.stride().unwrap_or(size), size, count })
+            Ok(Strided { bytes, stride: view.stride().unwrap_or(size), size, count })
         };
         let base = match accessor.view() {
             None => None,
@@ -73,7 +73,7 @@ impl<'a> Items<'a> {
         self.base.map(|base| base.get(i))
     }
 
-    /// First components of item `i`; integers are scaled to -1..=1 if the accessor says so.
+    /// First components of item `i`; integers are scaled to -1..=1 if the accessor is normalised.
     pub(crate) fn floats<const N: usize>(&self, i: usize) -> [f32; N] {
         let Some(bytes) = self.bytes(i) else { return [0.0; N] };
         let scaled = |number: f32, most: f32| {
@@ -111,7 +111,7 @@ fn part<const N: usize>(bytes: &[u8], c: usize) -> [u8; N] {
     std::array::from_fn(|i| bytes[c * N + i])
 }
 
-/// First of `count` indices that satisfies `holds`, if all later ones do too.
+/// First of `count` indices that satisfies `holds`, which all later ones satisfy, too.
 fn first_from(count: usize, holds: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, count);
     while low < high {

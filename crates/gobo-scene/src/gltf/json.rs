@@ -1,10 +1,13 @@
 //! The JSON of a glTF file, adapted to the `gltf` crate, which refuses some valid files and ignores some
 //! relevant parts.
 use super::ignored::Ignored;
-use crate::{error::quoted, limits};
+use crate::{
+    error::{Fault, quoted},
+    limits,
+};
 use serde_json::{Map, Value, json};
 
-/// Extensions that are supported here or by the crate.
+/// Extensions that this module or the `gltf` crate supports.
 pub(crate) const EXTENSIONS: [&str; 21] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -29,13 +32,10 @@ pub(crate) const EXTENSIONS: [&str; 21] = [
     "KHR_texture_transform",
 ];
 
-/// The problem and the remedy.
-pub(crate) type Fault = (String, &'static str);
-
 const EXPORT_AGAIN: &str = "check it with a glTF validator, or export it again";
 
-/// Parses and adapts the JSON; also returns what of it is ignored, and the number of textures whose only image is
-/// of a kind that is not read.
+/// Parses and adapts the JSON. Also returns its ignored parts, and the number of textures without an image of
+/// a supported kind.
 pub(crate) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
     if !limits::has_memory(parsed_size(bytes)) {
         let message = format!("no memory for {} MiB of JSON", bytes.len() >> 20);
@@ -57,7 +57,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(Value, Ignored, usize), Fault> {
     Ok((root, ignored, unread))
 }
 
-/// Upper estimate of the parsed document's size \[bytes\]: twice, as values and in the crate's types.
+/// Upper estimate of the parsed document's size \[bytes\], held twice: as values and in the crate's types.
 fn parsed_size(text: &[u8]) -> u64 {
     let size = |byte: &u8| match byte {
         b'{' => 600,
@@ -67,7 +67,8 @@ fn parsed_size(text: &[u8]) -> u64 {
     text.iter().map(size).sum()
 }
 
-/// Gives accessors without any data, whose items are zeros, a sparse item of zeros: the crate refuses them.
+/// Gives accessors without data, whose items are zeros, a sparse item of zeros: the `gltf` crate refuses them
+/// otherwise.
 pub(crate) fn add_zeros(root: &mut Value) {
     let Some(accessors) = list(root, "accessors") else { return };
     let has_data =
@@ -99,9 +100,9 @@ pub(crate) fn add_zeros(root: &mut Value) {
     }
 }
 
-/// Keeps the animation channels of nodes. Channels without a node, or of properties that no node has
-/// (`KHR_animation_pointer`), are valid; the crate panics at their paths and refuses files where they name
-/// no node.
+/// Keeps the animation channels of nodes. Channels without a node, or of other properties
+/// (`KHR_animation_pointer`), are valid, but the `gltf` crate panics at their paths and refuses files where
+/// they name no node.
 fn keep_channels_of_nodes(root: &mut Value) {
     const PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
     let moves_node = |channel: &Value| {
@@ -120,7 +121,7 @@ fn list<'a>(root: &'a mut Value, key: &str) -> Option<&'a mut Vec<Value>> {
     root.get_mut(key)?.as_array_mut()
 }
 
-/// A file of a later version declares by `minVersion` whether it can be read as 2.0.
+/// Refuses a file of a later version, unless its `minVersion` says that it can be read as 2.0.
 fn check_version(root: &Value) -> Result<(), Fault> {
     let word = |key| root.get("asset").and_then(|asset| asset.get(key)).and_then(Value::as_str);
     let Some(version) = word("version") else {
@@ -145,17 +146,17 @@ fn check_required(root: &mut Value) -> Result<(), Fault> {
         let message = format!("requires {}, which gobo does not read", quoted(name));
         return Err((message, remedy(name)));
     }
-    // The crate refuses files that require extensions that only this module supports.
+    // The crate refuses files that require an extension that only this module supports.
     if let Some(root) = root.as_object_mut() {
         root.remove("extensionsRequired");
     }
     Ok(())
 }
 
-/// What to do about images that are not read.
+/// Remedy for images that are not read.
 pub(crate) const OTHER_IMAGES: &str = "export with PNG, JPEG, WebP or KTX2 textures";
 
-/// What to do about an extension that is not read.
+/// Remedy for an extension that is not read.
 pub(crate) fn remedy(name: &str) -> &'static str {
     match name {
         _ if name.starts_with("EXT_texture_") => OTHER_IMAGES,
@@ -176,8 +177,9 @@ fn remove_extras(value: &mut Value) {
     }
 }
 
-/// Chooses the image of each texture: that of `EXT_texture_webp`, if any, or its own, or that of `KHR_texture_basisu`; a
-/// texture without an image is white. Returns how many have one of another extension only.
+/// Chooses the image of each texture: that of `EXT_texture_webp`, or else its own, or else that of
+/// `KHR_texture_basisu`; a texture without an image is white. Returns the number of textures with an image of
+/// another extension only.
 fn pick_sources(root: &mut Value) -> usize {
     let white = list(root, "images").map_or(0, |images| images.len());
     let (mut needs_white, mut unread) = (false, 0);
@@ -206,7 +208,8 @@ fn source_of(texture: &Map<String, Value>, extension: &str) -> Option<Value> {
 }
 
 /// A PNG of one white texel.
-const WHITE: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
+const WHITE: &str = "data:image/png;base64,\
+    iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
 
 /// Indices of the accessors that `EXT_mesh_gpu_instancing` gives a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

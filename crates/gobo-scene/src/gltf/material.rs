@@ -1,14 +1,16 @@
 //! glTF materials as casters.
 //!
-//! Transmission `t` filters: `T = baseColor * t`; of metal, none. With `KHR_materials_volume` the body is closed
-//! and a ray crosses a front and a back face, so each face takes the square root of `baseColor * t`, and the body
-//! absorbs by its thickness along the ray. A mesh that is not closed has no such thickness: there `baseColor * t` is
-//! multiplied by `attenuationColor^(thickness / attenuationDistance)`, of which a sheet, whose faces look one way,
-//! takes all where it is crossed, and each face of another mesh the square root. Thickness is in the mesh's own
-//! units, so the node's scale multiplies it in that material.
+//! Transmission `t` filters light: `T = baseColor * t`; metal transmits nothing. With `KHR_materials_volume`
+//! the body is closed, and a ray crosses a front and a back face: each face takes the square root of
+//! `baseColor * t`, and the body absorbs by its thickness along the ray. An open mesh has no such thickness:
+//! `baseColor * t` is multiplied by `attenuationColor^(thickness / attenuationDistance)` there. A sheet,
+//! whose faces look one way, takes the whole product where a ray crosses it; each face of another open mesh
+//! takes its square root. Thickness is in the mesh's own units, so the node's scale multiplies it in that
+//! material.
 use super::{
     Earlier,
-    file::File,
+    details::Surface,
+    file::GltfFile,
     texture::{Product, Textures, share, transmission},
 };
 use crate::{SceneError, far_sides::far_side, limits::Limit};
@@ -21,32 +23,32 @@ use std::collections::HashMap;
 const MAX_EMISSION: f32 = 1e4;
 
 #[derive(Debug)]
-pub(crate) struct Materials<'a> {
+pub(crate) struct GltfMaterials<'a> {
     materials: Vec<Material>,
     textures: Textures<'a>,
-    file: &'a File,
-    /// Materials that the scene had before.
+    file: &'a GltfFile,
+    /// Number of the scene's materials before this file.
     earlier: usize,
     /// Transfer of alphaMode BLEND.
     blend: Transfer,
     skipped: Skipped,
     known: HashMap<(Option<usize>, i32), Uses>,
-    /// Volumes, by their material.
+    /// Substitutes of volumes, by the volume's material.
     volumes: HashMap<u32, Inside>,
 }
 
-/// What stands for a volume in a mesh that is not closed.
+/// Substitutes of a volume in a mesh that is not closed.
 #[derive(Debug)]
 struct Inside {
-    /// Transmittance of its thickness.
+    /// Transmittance of the volume's thickness.
     whole: Vec3,
     /// Material of a mesh with two faces along most rays.
     shell: Option<u32>,
-    /// Material of one with a single face.
+    /// Material of a mesh with a single face along most rays.
     sheet: Option<u32>,
 }
 
-/// How a primitive uses its material.
+/// A primitive's use of its material.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Uses {
     /// Index into the model's materials.
@@ -86,8 +88,8 @@ impl Uses {
     }
 }
 
-impl<'a> Materials<'a> {
-    pub(crate) fn new(file: &'a File, earlier: &Earlier, blend: Option<Transfer>) -> Self {
+impl<'a> GltfMaterials<'a> {
+    pub(crate) fn new(file: &'a GltfFile, earlier: &Earlier, blend: Option<Transfer>) -> Self {
         Self {
             materials: Vec::new(),
             textures: Textures::new(file, earlier.textures, earlier.texels),
@@ -105,7 +107,7 @@ impl<'a> Materials<'a> {
         self.volumes.contains_key(&material)
     }
 
-    /// Material for a mesh that is not closed, in place of a volume's. `is_sheet`: whether a ray crosses one face of it
+    /// Material for an open mesh, in place of a volume's. `is_sheet`: whether a ray crosses one face of it
     /// and not two.
     pub(crate) fn open(
         &mut self,
@@ -163,14 +165,15 @@ impl<'a> Materials<'a> {
         if let Some(uses) = self.known.get(&key) {
             return Ok(*uses);
         }
-        // A volume may need others in meshes that are not closed.
+        // A volume may need two more materials, for open meshes.
         let count = (self.earlier + self.materials.len()) as u64;
         let more = match (source.volume(), self.file.diffuse(source)) {
             (Some(_), _) => 3,
             (None, Some(_)) => 2,
             (None, None) => 1,
         };
-        Limit::Materials.grown_in(&self.file.path, count, more)?;
+        let details = Surface::of(source, transmission(source) > 0.0);
+        Limit::Materials.grown_in(&self.file.path, count, more + u64::from(details.is_some()))?;
         let uses = self.convert(source, scale)?;
         self.known.insert(key, uses);
         Ok(uses)
@@ -179,9 +182,13 @@ impl<'a> Materials<'a> {
     fn convert(&mut self, source: &gltf::Material<'_>, scale: f32) -> Result<Uses, SceneError> {
         let surface = source.pbr_metallic_roughness();
         let id = self.materials.len() as u32;
-        let (roughness, metallic) = self.roughness_and_metal(&surface)?;
         let transmission = transmission(source);
         let transmits = transmission > 0.0;
+        let details = Surface::of(source, transmits);
+        let (roughness, metallic) = self.roughness_and_metal(&surface, details.is_some())?;
+        if details.is_none() && !source.unlit() {
+            self.ignore_of_glass(source);
+        }
         let whole = match source.volume().filter(|_| transmits) {
             Some(volume) => self.attenuation(&volume, scale)?,
             None => None,
@@ -210,7 +217,7 @@ impl<'a> Materials<'a> {
         let reflectivity = self.film(source);
         let ior = source.ior().filter(|ior| ior.is_finite()).unwrap_or(1.5);
         let is_body = transmits && source.volume().is_some_and(|v| v.thickness_factor() > 0.0);
-        // Of KHR_materials_transmission: glass as dense as air is not frosted.
+        // From KHR_materials_transmission: glass as dense as air is not frosted.
         let frost = roughness * roughness * (2.0 * ior - 2.0).clamp(0.0, 1.0);
         let mut material = Material {
             name: source.name().map_or_else(|| format!("material {id}"), str::to_owned),
@@ -243,12 +250,28 @@ impl<'a> Materials<'a> {
             ..Material::default()
         };
         let far = self.far_side(source, &mut material)?;
+        let details = match details {
+            Some(surface) => Some(surface.details(&material.name, &mut self.textures)?),
+            None => None,
+        };
+        let behind = self.materials.len() + 1 + usize::from(far.is_some());
+        material.details = details.as_ref().map(|_| behind as u32);
         self.materials.push(material);
         self.materials.extend(far);
+        self.materials.extend(details);
         Ok(uses)
     }
 
-    /// The material of what passes diffusely to its far side.
+    /// Counts images of what is not solid that are not shown.
+    fn ignore_of_glass(&mut self, source: &gltf::Material<'_>) {
+        if source.normal_texture().is_some() {
+            self.ignore("normal textures of what is not opaque ignored");
+        }
+        if source.occlusion_texture().is_some() {
+            self.ignore("occlusion textures of what is not opaque ignored");
+        }
+    }
+    /// The material of diffuse transmission to the far side.
     fn far_side(
         &mut self,
         source: &gltf::Material<'_>,
@@ -269,8 +292,8 @@ impl<'a> Materials<'a> {
         Ok(Some(Material { texture, ..far }))
     }
 
-    /// Texture of a material's colour and transmission, and that of its emission, with the coordinates of the
-    /// first. `is_face`: whether the texture is of one face of a body.
+    /// Texture of a material's colour and transmission, texture of its emission, and the coordinates of the
+    /// first. `is_face`: whether the first belongs to one face of a body.
     fn images(
         &mut self,
         source: &gltf::Material<'_>,
@@ -283,11 +306,25 @@ impl<'a> Materials<'a> {
         let base = surface.base_color_texture();
         let transmission =
             source.transmission().filter(|_| transmits).and_then(|t| t.transmission_texture());
-        let metal = surface.metallic_roughness_texture().filter(|_| transmits);
+        let is_detailed = Surface::of(source, transmits).is_some();
+        let metal = surface.metallic_roughness_texture().filter(|_| transmits || is_detailed);
         let emission = source.emissive_texture().filter(|_| emits);
         let first =
             [&base, &transmission, &metal, &emission].into_iter().find_map(|info| info.as_ref());
-        let uses = Uses::new(id, first);
+        let mut uses = Uses::new(id, first);
+        let normals = source.normal_texture().map(|it| it.tex_coord());
+        let occlusion = source.occlusion_texture().map(|it| it.tex_coord());
+        if first.is_none() && is_detailed {
+            uses.uv_set = normals.or(occlusion).unwrap_or(0);
+        }
+        for (uv_set, reason) in [
+            (normals, "texture coordinates of normal textures ignored"),
+            (occlusion, "texture coordinates of occlusion textures ignored"),
+        ] {
+            if is_detailed && uv_set.is_some_and(|uv_set| uv_set != uses.uv_set) {
+                self.ignore(reason);
+            }
+        }
         for (info, reason) in [
             (&transmission, "texture coordinates of transmission textures ignored"),
             (&metal, "texture coordinates of metal textures ignored"),
@@ -303,7 +340,7 @@ impl<'a> Materials<'a> {
         Ok((uses, [texture, self.textures.add(&emission)?]))
     }
 
-    /// Texture of its colour and transmission. `is_face`: as that of one of the two faces of a body.
+    /// Texture of its colour and transmission. `is_face`: whether it belongs to one of a body's two faces.
     fn texture(
         &mut self,
         source: &gltf::Material<'_>,
@@ -317,15 +354,18 @@ impl<'a> Materials<'a> {
         self.textures.add(&product)
     }
 
-    /// Roughness and metal, by the means of their texture.
+    /// Roughness and metallic share, by the means of their texture.
     fn roughness_and_metal(
         &mut self,
         surface: &PbrMetallicRoughness<'_>,
+        has_details: bool,
     ) -> Result<(f32, f32), SceneError> {
         let (mut rough, mut metal) = (1.0, 1.0);
         if let Some(info) = surface.metallic_roughness_texture() {
             [_, rough, metal, _] = self.textures.means(&info.texture().source())?;
-            self.ignore("textures of roughness and metal: by their means");
+            if !has_details {
+                self.ignore("textures of roughness and metal: by their means");
+            }
         }
         Ok((share(surface.roughness_factor() * rough), share(surface.metallic_factor() * metal)))
     }

@@ -1,8 +1,8 @@
 //! glTF primitives as triangles in world space.
 use super::{
-    file::File,
+    file::GltfFile,
     items::Items,
-    material::{Materials, Uses},
+    material::{GltfMaterials, Uses},
 };
 use crate::{
     SceneError,
@@ -23,18 +23,18 @@ pub(crate) struct Meshes {
     pub(crate) triangles: Vec<Triangle>,
     /// Vertices of the triangles of the last primitive.
     pub(crate) kept: Vec<[usize; 3]>,
-    /// Primitives so far: object ids of their triangles.
+    /// Number of primitives so far: object ids of their triangles.
     objects: u32,
     pub(crate) skipped: Skipped,
-    /// Triangles of the scene plus those announced by this file, including degenerate ones: a small file
-    /// can name one mesh many times.
+    /// Triangles of the scene and those announced by this file, including degenerate ones: a small file can
+    /// name one mesh many times.
     promised: u64,
     /// Accessors that were checked.
     checked: HashSet<usize>,
 }
 
 /// Vertex attributes of triangles, in the mesh's own space.
-struct Vertices<'a> {
+struct MeshVertices<'a> {
     positions: Items<'a>,
     normals: Option<Items<'a>>,
     uvs: Option<Items<'a>>,
@@ -42,15 +42,15 @@ struct Vertices<'a> {
 }
 
 impl Meshes {
-    /// `earlier`: triangles that the scene has already.
+    /// `earlier`: triangles that the scene already has.
     pub(crate) fn new(earlier: u64) -> Self {
         Self { promised: earlier, ..Self::default() }
     }
 
-    /// Counts the triangles that [`Self::add`] will make of a primitive, before any of them is made.
+    /// Counts the triangles that [`Self::add`] will make of a primitive, before any is made.
     pub(crate) fn promise(
         &mut self,
-        file: &File,
+        file: &GltfFile,
         primitive: &gltf::Primitive<'_>,
     ) -> Result<(), SceneError> {
         if let Some(corners) = corners(primitive) {
@@ -61,11 +61,11 @@ impl Meshes {
         Ok(())
     }
 
-    /// Adds the triangles of a primitive in world space, or, if it moves, in the mesh's own space.
+    /// Adds the triangles of a primitive: in world space or, if it moves, in the mesh's own space.
     pub(crate) fn add(
         &mut self,
-        file: &File,
-        materials: &mut Materials<'_>,
+        file: &GltfFile,
+        materials: &mut GltfMaterials<'_>,
         primitive: &gltf::Primitive<'_>,
         world: Mat4,
         stays: bool,
@@ -130,7 +130,7 @@ impl Meshes {
 
     fn items<'f>(
         &mut self,
-        file: &'f File,
+        file: &'f GltfFile,
         accessor: &gltf::Accessor<'_>,
     ) -> Result<Items<'f>, SceneError> {
         if self.checked.insert(accessor.index()) {
@@ -141,10 +141,10 @@ impl Meshes {
 
     fn vertices<'f>(
         &mut self,
-        file: &'f File,
+        file: &'f GltfFile,
         primitive: &gltf::Primitive<'_>,
         uses: &Uses,
-    ) -> Result<Vertices<'f>, SceneError> {
+    ) -> Result<MeshVertices<'f>, SceneError> {
         let get = |semantic: Semantic, dimensions: Dimensions| match primitive.get(&semantic) {
             None => Ok(None),
             Some(accessor) if accessor.dimensions() != dimensions => {
@@ -194,12 +194,12 @@ impl Meshes {
             let message = "the attributes of a mesh primitive differ in count";
             return Err(file.invalid(message, "export the file again"));
         }
-        Ok(Vertices { positions, normals, uvs, colors })
+        Ok(MeshVertices { positions, normals, uvs, colors })
     }
 
     fn indices<'f>(
         &mut self,
-        file: &'f File,
+        file: &'f GltfFile,
         primitive: &gltf::Primitive<'_>,
     ) -> Result<Option<Items<'f>>, SceneError> {
         let Some(accessor) = primitive.indices() else { return Ok(None) };
@@ -212,12 +212,12 @@ impl Meshes {
     }
 }
 
-/// Accessor with one item per corner, of triangles, strips and fans.
+/// Accessor with one item per corner of triangles, strips and fans.
 pub(crate) fn corners<'a>(primitive: &gltf::Primitive<'a>) -> Option<gltf::Accessor<'a>> {
     primitive.indices().or_else(|| primitive.get(&Semantic::Positions))
 }
 
-/// Number of triangles that the file announces, including degenerate ones.
+/// Number of triangles that the primitive announces, including degenerate ones.
 pub(crate) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
     let corners = corners(primitive).map_or(0, |accessor| accessor.count());
     match primitive.mode() {
@@ -227,7 +227,8 @@ pub(crate) fn triangle_count(primitive: &gltf::Primitive<'_>) -> usize {
     }
 }
 
-/// Whether a ray crosses one face of an open mesh and not two: whether most of its area looks one way, either way.
+/// Whether a ray crosses one face of an open mesh and not two: whether most of its area faces one way or its
+/// opposite.
 fn is_sheet(triangles: &[Triangle]) -> bool {
     let (mut whole, mut sum) = (0.0, DVec3::ZERO);
     for triangle in triangles {
@@ -240,7 +241,7 @@ fn is_sheet(triangles: &[Triangle]) -> bool {
 }
 
 fn triangle(
-    vertices: &Vertices<'_>,
+    vertices: &MeshVertices<'_>,
     corner: [usize; 3],
     world: Mat4,
     normal_from_local: Mat3,

@@ -1,6 +1,6 @@
 //! Compressed buffer views of glTF files: `EXT_meshopt_compression` and `KHR_meshopt_compression`.
-use super::{file::File, json::Fault};
-use crate::{SceneError, limits::Limit};
+use super::file::GltfFile;
+use crate::{SceneError, error::Fault, limits::Limit};
 use meshoptimizer_rs::{Error, Limits, Workspace, codec};
 use serde_json::Value;
 use std::collections::HashMap;
@@ -9,9 +9,9 @@ const EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compressi
 
 const DAMAGED: &str = "check it with a glTF validator, or compress it again";
 
-/// A compressed view: which bytes of which buffer it is decompressed from.
+/// A compressed view, and its bytes in a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Packed {
+pub(crate) struct PackedView {
     view: usize,
     buffer: usize,
     offset: usize,
@@ -19,12 +19,12 @@ pub(crate) struct Packed {
     /// Items, and the size of each \[bytes\].
     count: usize,
     stride: usize,
-    mode: Mode,
+    mode: MeshoptMode,
     filter: Filter,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mode {
+enum MeshoptMode {
     Attributes,
     Triangles,
     Indices,
@@ -44,14 +44,14 @@ fn extension(of: &Value) -> Option<&Value> {
 }
 
 /// The file's compressed views.
-pub(crate) fn packed(root: &Value) -> Result<Vec<Packed>, Fault> {
+pub(crate) fn packed(root: &Value) -> Result<Vec<PackedView>, Fault> {
     let views = root.get("bufferViews").and_then(Value::as_array).into_iter().flatten();
     let packed =
         views.enumerate().filter_map(|(view, value)| Some(of_view(view, extension(value)?)));
     packed.collect()
 }
 
-fn of_view(view: usize, value: &Value) -> Result<Packed, Fault> {
+fn of_view(view: usize, value: &Value) -> Result<PackedView, Fault> {
     let damaged =
         |key: &str| (format!("bufferView {view}: {key} of its compression is wrong"), DAMAGED);
     let number = |key: &str| {
@@ -59,9 +59,9 @@ fn of_view(view: usize, value: &Value) -> Result<Packed, Fault> {
         number.and_then(|number| usize::try_from(number).ok()).ok_or_else(|| damaged(key))
     };
     let mode = match value.get("mode").and_then(Value::as_str) {
-        Some("ATTRIBUTES") => Mode::Attributes,
-        Some("TRIANGLES") => Mode::Triangles,
-        Some("INDICES") => Mode::Indices,
+        Some("ATTRIBUTES") => MeshoptMode::Attributes,
+        Some("TRIANGLES") => MeshoptMode::Triangles,
+        Some("INDICES") => MeshoptMode::Indices,
         _ => return Err(damaged("mode")),
     };
     let filter = match value.get("filter").map_or(Some("NONE"), Value::as_str) {
@@ -73,7 +73,7 @@ fn of_view(view: usize, value: &Value) -> Result<Packed, Fault> {
         _ => return Err(damaged("filter")),
     };
     let offset = if value.get("byteOffset").is_some() { number("byteOffset")? } else { 0 };
-    Ok(Packed {
+    Ok(PackedView {
         view,
         buffer: number("buffer")?,
         offset,
@@ -97,8 +97,8 @@ pub(crate) fn fallbacks(root: &Value) -> Vec<bool> {
 
 /// Decompresses views, by their indices.
 pub(crate) fn unpack(
-    file: &File,
-    packed: &[Packed],
+    file: &GltfFile,
+    packed: &[PackedView],
 ) -> Result<HashMap<usize, Vec<u8>>, SceneError> {
     let mut unpacked = HashMap::new();
     let mut bytes = 0;
@@ -125,15 +125,15 @@ pub(crate) fn unpack(
     Ok(unpacked)
 }
 
-impl Packed {
+impl PackedView {
     fn decode(&self, source: &[u8]) -> Result<Vec<u8>, Error> {
         let &Self { count, stride, .. } = self;
         let most = usize::try_from(Limit::Unpacked.most()).unwrap_or(usize::MAX);
         let workspace = &mut Workspace::new(Limits { max_bytes: most, ..Limits::default() });
         let decode = match self.mode {
-            Mode::Attributes => codec::decode_vertex_buffer,
-            Mode::Triangles => codec::decode_index_buffer,
-            Mode::Indices => codec::decode_index_sequence,
+            MeshoptMode::Attributes => codec::decode_vertex_buffer,
+            MeshoptMode::Triangles => codec::decode_index_buffer,
+            MeshoptMode::Indices => codec::decode_index_sequence,
         };
         let mut bytes = decode(count, stride, source, workspace)?;
         let filter = match self.filter {

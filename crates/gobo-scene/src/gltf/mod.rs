@@ -1,9 +1,10 @@
 //! glTF 2.0: the nodes of a scene, flattened to world space.
 //!
-//! Intensities above 100 are photometric (candela, lux) and are divided by 683 lm/W; smaller ones are
-//! radiometric, as exporters write both.
+//! Exporters write photometric and radiometric intensities. Those above 100 are taken as photometric
+//! (candela, lux) and are divided by 683 lm/W.
 pub(crate) mod animation;
 pub(crate) mod announced;
+mod details;
 mod diffuse;
 mod draco;
 pub(crate) mod file;
@@ -29,10 +30,10 @@ use crate::{
 };
 use ::gltf::khr_lights_punctual::Kind;
 use animation::NodeTracks;
-use file::File;
+use file::GltfFile;
 use glam::{Mat4, UVec2, Vec3};
 use gobo::model::{Camera, Light, LightKind, Material, Skipped, Texture, Transfer, Triangle};
-use material::Materials;
+use material::GltfMaterials;
 use mesh::Meshes;
 use nodes::{PlacedNode, instances, placed_nodes};
 use std::{collections::HashMap, path::Path, sync::Arc};
@@ -56,11 +57,11 @@ pub struct Model {
     pub notes: Vec<String>,
     /// Whether the file holds splats too.
     pub(crate) has_splats: bool,
-    /// Rig that moves the triangles, which are then in the spaces of their draws.
+    /// Rig that moves the triangles; they are then in the spaces of their draws.
     pub(crate) rig: Option<Rig>,
 }
 
-/// Contents of a scene before a file is read into it.
+/// Counts of the scene's contents before this file.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Earlier {
     pub(crate) materials: usize,
@@ -70,14 +71,14 @@ pub(crate) struct Earlier {
     pub(crate) lights: usize,
 }
 
-/// How a model is read.
+/// Options of reading a model.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Wanted<'a> {
-    /// Transfer of what is partly transparent (alphaMode BLEND), if not the usual one.
+    /// Transfer of partly transparent materials (alphaMode BLEND), if not the usual one.
     pub(crate) blend: Option<Transfer>,
     /// Whether the model will be moved as a whole.
     pub(crate) is_keyed: bool,
-    /// Name of the materials' variant, of a file that has some.
+    /// Name of the materials' variant, in a file with variants.
     pub(crate) variant: Option<&'a str>,
 }
 
@@ -91,8 +92,9 @@ const EFFICACY: f32 = 683.0;
 /// worthless.
 const WIDEST_CONE: f32 = 170.0 * std::f32::consts::PI / 180.0;
 
-/// Distance from the origin along an axis past which corners are kept in their own space, to be made again where the scene
-/// is re-centred \[m\]: past it neighbouring `f32` are 15 um apart, a hundredth of a texel for a metre in a large map.
+/// Distance of an origin along an axis \[m\] past which triangles are kept in their own space, to be placed
+/// again when the scene is re-centred: beyond it neighbouring `f32` are 15 um apart, a hundredth of a texel
+/// for a metre in a large map.
 const FAR: f32 = 128.0;
 
 /// Rows of a picture if the camera gives only its aspect \[pixels\].
@@ -106,7 +108,7 @@ pub(crate) fn load(
     wanted: Wanted<'_>,
 ) -> Result<Model, SceneError> {
     let Wanted { blend, is_keyed, variant } = wanted;
-    let mut file = File::open_variant(path, variant)?;
+    let mut file = GltfFile::open_variant(path, variant)?;
     let mut tracks = animation::tracks(&mut file)?;
     let has_targets = |mesh: gltf::Mesh<'_>| mesh.primitives().any(|p| p.morph_targets().len() > 0);
     let is_soft = file.document.skins().len() > 0 || file.document.meshes().any(has_targets);
@@ -126,7 +128,7 @@ pub(crate) fn load(
     nodes.visit(transform, &mut tracks)?;
     let moves = moves || nodes.draws.iter().any(|draw| is_far(&draw.world));
     nodes.announce_images()?;
-    let mut materials = Materials::new(&file, earlier, blend);
+    let mut materials = GltfMaterials::new(&file, earlier, blend);
     nodes.draw(&mut materials, moves)?;
     let Nodes { meshes, lights, camera, mut skipped, rig, .. } = nodes;
     let (materials, textures, ignored) = materials.finish();
@@ -152,9 +154,9 @@ fn is_far(world: &Mat4) -> bool {
     world.w_axis.truncate().abs().max_element() > FAR
 }
 
-/// Contents of a file's nodes, as they are visited.
+/// Contents of a file's nodes, in the order of visits.
 struct Nodes<'a> {
-    file: &'a File,
+    file: &'a GltfFile,
     earlier: &'a Earlier,
     rig: Rig,
     /// Number of each node in the rig.
@@ -162,7 +164,7 @@ struct Nodes<'a> {
     meshes: Meshes,
     /// All draws are counted before the first is made.
     draws: Vec<PrimitiveDraw<'a>>,
-    /// Instances, primitives and joints of the draws.
+    /// Number of instances, primitives and joints of the draws.
     uses: u64,
     lights: Vec<Light>,
     camera: Option<Camera>,
@@ -209,7 +211,7 @@ impl<'a> Nodes<'a> {
         let Some(mesh) = node.mesh() else { return Ok(()) };
         let weights = Arc::new(weights);
         let joints = node.skin().map_or(0, |skin| skin.joints().count());
-        // An instance of nothing takes a step as well.
+        // An instance of an empty mesh counts as well.
         let least = if mesh.primitives().len() == 0 { 1 } else { 0 };
         for place in instances(self.file, node)? {
             let path = &self.file.path;
@@ -270,7 +272,7 @@ impl<'a> Nodes<'a> {
     }
 
     /// Makes the triangles of all draws: in world space or, if the model `moves`, in the meshes' spaces.
-    fn draw(&mut self, materials: &mut Materials<'_>, moves: bool) -> Result<(), SceneError> {
+    fn draw(&mut self, materials: &mut GltfMaterials<'_>, moves: bool) -> Result<(), SceneError> {
         let (file, numbers) = (self.file, &self.numbers);
         let mut morphed = 0;
         for PrimitiveDraw { primitive, node, world, place, weights } in self.draws.drain(..) {

@@ -1,5 +1,5 @@
 //! Nodes of a glTF file's scene, and the instances of their meshes.
-use super::{file::File, json::Instancing};
+use super::{file::GltfFile, json::Instancing};
 use crate::{SceneError, limits::Limit};
 use ::gltf::accessor::{DataType, Dimensions};
 use glam::{Mat4, Quat, Vec3};
@@ -16,7 +16,7 @@ pub(crate) struct PlacedNode<'a> {
 
 /// All nodes of the scene, parents before their children. World space = `transform` * glTF space.
 pub(crate) fn placed_nodes(
-    file: &File,
+    file: &GltfFile,
     transform: Mat4,
 ) -> Result<Vec<PlacedNode<'_>>, SceneError> {
     let mut seen = vec![false; file.document.nodes().len()];
@@ -42,7 +42,7 @@ pub(crate) fn placed_nodes(
 }
 
 /// Transforms of the instances of a node's mesh, in the node's space (`EXT_mesh_gpu_instancing`).
-pub(crate) fn instances(file: &File, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError> {
+pub(crate) fn instances(file: &GltfFile, node: &gltf::Node<'_>) -> Result<Vec<Mat4>, SceneError> {
     let Some(instancing) = file.instancing(node.index()) else { return Ok(vec![Mat4::IDENTITY]) };
     let Instancing { translation, rotation, scale } = instancing;
     let damaged = |problem: &str| {

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 const EXTENSION: &str = "KHR_gaussian_splatting";
 
-/// Extensions by which a view holds an SPZ file: a draft, and its later name.
+/// Extensions for an SPZ file in a view: a draft, and its later name.
 pub(crate) const SPZ: [&str; 2] =
     ["KHR_gaussian_splatting_compression_spz_2", "KHR_gaussian_splatting_compression_spz"];
 
@@ -16,7 +16,7 @@ pub(crate) struct SplatPrimitive {
     pub(crate) stored: Stored,
 }
 
-/// Where a primitive's splats are.
+/// Storage of a primitive's splats.
 #[derive(Clone, Debug)]
 pub(crate) enum Stored {
     /// In accessors.
@@ -33,7 +33,8 @@ pub(crate) enum Stored {
     Spz { view: usize },
 }
 
-/// Takes the primitives of splats out of the document: the `gltf` crate refuses the names of their attributes.
+/// Takes the primitives of splats out of the document: the `gltf` crate refuses the names of their
+/// attributes.
 pub(crate) fn take(root: &mut Value) -> Result<Vec<SplatPrimitive>, (String, &'static str)> {
     let mut taken = Vec::new();
     let meshes = root.get_mut("meshes").and_then(Value::as_array_mut);

@@ -1,7 +1,7 @@
-//! Splats in glTF: `KHR_gaussian_splatting`, in accessors or in an SPZ file in a view, whose coordinates are taken as
-//! they are, as `CesiumJS` takes them.
+//! Splats in glTF: `KHR_gaussian_splatting`, in accessors or in an SPZ file in a view, whose coordinates are
+//! used unchanged, as in `CesiumJS`.
 use super::{
-    file::File,
+    file::GltfFile,
     items::Items,
     nodes::{PlacedNode, instances, placed_nodes},
     splat_json::{SplatPrimitive, Stored},
@@ -9,7 +9,7 @@ use super::{
 use crate::{
     SceneError,
     limits::Limit,
-    splats::{Cloud, HARMONIC, Spz},
+    splats::{HARMONIC, SplatCloud, Spz},
 };
 use ::gltf::accessor::Dimensions;
 use glam::{Mat4, Quat, Vec3};
@@ -19,9 +19,9 @@ use std::{
     path::Path,
 };
 
-/// Reads the splats of a file, placed by its nodes as they rest.
-pub(crate) fn read(path: &Path) -> Result<Cloud, SceneError> {
-    let file = File::open(path)?;
+/// Reads the splats of a file, placed by its nodes at rest.
+pub(crate) fn read(path: &Path) -> Result<SplatCloud, SceneError> {
+    let file = GltfFile::open(path)?;
     let fault = |(message, help): (String, &'static str)| file.invalid(message, help);
     if file.splats.is_empty() {
         return Err(file.invalid("holds no splats", "name it in a [[mesh]], or export splats"));
@@ -33,13 +33,13 @@ pub(crate) fn read(path: &Path) -> Result<Cloud, SceneError> {
         for (i, primitive) in file.splats.iter().enumerate().filter(|(_, p)| p.mesh == mesh) {
             let source = match opened.entry(i) {
                 Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(new) => new.insert(Source::open(&file, primitive)?),
+                Entry::Vacant(new) => new.insert(PrimitiveSplats::open(&file, primitive)?),
             };
             uses = Limit::Splats.grown_in(path, uses, source.count() as u64)?;
             places.push((i, world));
         }
     }
-    let mut cloud = Cloud::with_room(uses).map_err(fault)?;
+    let mut cloud = SplatCloud::with_room(uses).map_err(fault)?;
     for (i, world) in &places {
         let source = &opened[i];
         for i in 0..source.count() {
@@ -49,12 +49,12 @@ pub(crate) fn read(path: &Path) -> Result<Cloud, SceneError> {
     if file.document.animations().len() > 0 {
         cloud.notes.push("animations do not move the splats of a glTF file".to_owned());
     }
-    cloud.leave_out_harmonics(opened.values().map(Source::harmonics).max().unwrap_or(0));
+    cloud.leave_out_harmonics(opened.values().map(PrimitiveSplats::harmonics).max().unwrap_or(0));
     Ok(cloud.finish())
 }
 
 /// Meshes of all nodes, with their transforms. World space = transform * the mesh's space.
-fn meshes(file: &File) -> Result<Vec<(usize, Mat4)>, SceneError> {
+fn meshes(file: &GltfFile) -> Result<Vec<(usize, Mat4)>, SceneError> {
     let mut found = Vec::new();
     for PlacedNode { node, world, .. } in placed_nodes(file, Mat4::IDENTITY)? {
         if let Some(mesh) = node.mesh() {
@@ -67,15 +67,15 @@ fn meshes(file: &File) -> Result<Vec<(usize, Mat4)>, SceneError> {
 }
 
 /// Splats of a primitive, in its mesh's space.
-enum Source<'a> {
-    Attributes(Box<Columns<'a>>),
+enum PrimitiveSplats<'a> {
+    Attributes(Box<SplatAttributes<'a>>),
     Spz(Spz),
 }
 
-impl<'a> Source<'a> {
-    fn open(file: &'a File, primitive: &SplatPrimitive) -> Result<Self, SceneError> {
+impl<'a> PrimitiveSplats<'a> {
+    fn open(file: &'a GltfFile, primitive: &SplatPrimitive) -> Result<Self, SceneError> {
         let Stored::Spz { view } = primitive.stored else {
-            return Columns::new(file, primitive)
+            return SplatAttributes::new(file, primitive)
                 .map(|columns| Self::Attributes(Box::new(columns)));
         };
         let none =
@@ -111,7 +111,7 @@ impl<'a> Source<'a> {
 }
 
 /// Attributes of a primitive.
-struct Columns<'a> {
+struct SplatAttributes<'a> {
     position: Items<'a>,
     rotation: Items<'a>,
     scale: Items<'a>,
@@ -121,8 +121,8 @@ struct Columns<'a> {
     is_logarithm: bool,
 }
 
-impl<'a> Columns<'a> {
-    fn new(file: &'a File, primitive: &SplatPrimitive) -> Result<Self, SceneError> {
+impl<'a> SplatAttributes<'a> {
+    fn new(file: &'a GltfFile, primitive: &SplatPrimitive) -> Result<Self, SceneError> {
         let help = "export the file again";
         let items = |index: usize, dimensions: Dimensions| {
             let none = || file.invalid(format!("there is no accessor {index}"), help);
@@ -158,7 +158,7 @@ impl<'a> Columns<'a> {
         Ok(columns)
     }
 
-    /// Whether scales are logarithms, as drafts of the extension had them until 2025: plain ones are never
+    /// Whether scales are logarithms, as in drafts of the extension until 2025: plain scales are never
     /// negative.
     fn has_logarithms(&self) -> bool {
         (0..self.scale.count).any(|i| self.scale.floats::<3>(i).iter().any(|scale| *scale < 0.0))

@@ -1,5 +1,5 @@
 //! glTF images as textures of casters: base colour, with transmission and metal multiplied in.
-use super::{diffuse::Diffuse, file::File};
+use super::{diffuse::Diffuse, file::GltfFile};
 use crate::{SceneError, images, limits::Limit, particles::linear_from_srgb};
 use ::gltf::{Document, Image, Material, material::AlphaMode, texture::Info};
 use gobo::model::Texture;
@@ -13,41 +13,43 @@ pub(crate) const MAX_SIDE: u32 = 16384;
 #[derive(Clone, Default)]
 pub(crate) struct Product<'a> {
     pub(crate) base: Option<Image<'a>>,
-    /// Its red channel multiplies the colour.
+    /// Image whose red channel multiplies the colour.
     pub(crate) transmission: Option<Image<'a>>,
-    /// Its blue channel, times the factor, is the share of metal, which transmits nothing.
+    /// Image whose blue channel, times the factor, is the metallic share; metal transmits nothing.
     pub(crate) metal: Option<(Image<'a>, f32)>,
-    /// Its alpha is the share of light that passes diffusely.
+    /// Image whose alpha is the share of diffuse transmission.
     pub(crate) spreads: Option<(Image<'a>, Spreads)>,
-    /// Its alpha is that of the product.
+    /// Image whose alpha is the product's.
     pub(crate) covers: Option<(Image<'a>, Covers)>,
     /// Whether alpha is one.
     pub(crate) is_opaque: bool,
-    /// Whether it is that of one of the two faces of a body: the square root of the colour.
+    /// Whether the texture belongs to one of a body's two faces: it has the square root of the colour.
     pub(crate) is_face: bool,
 }
 
-/// What of the light that a texture spreads diffusely a product has.
+/// Share of the light that a product takes from a texture of diffuse transmission.
 #[derive(Clone, Copy)]
 pub(crate) enum Spreads {
-    /// What passes.
+    /// The transmitted share.
     Passes,
-    /// What does not, with the factor of what passes.
+    /// The rest; the factor multiplies the transmitted share.
     Stays(f32),
 }
 
-/// Where a product is by the alpha of another image.
+/// Coverage of a product by the alpha of another image.
 #[derive(Clone, Copy)]
 pub(crate) enum Covers {
     AsItIs,
-    /// Where alpha is at least this.
+    /// Covered where alpha is at least this.
     From(f32),
 }
 
 /// Images of a product.
 pub(crate) const IMAGES: usize = 5;
 
-/// Images, and the bits of the numbers and choices that go with them.
+/// Images that are data, and the bits of the numbers that go with them.
+type DataKey = ([Option<usize>; 2], [u32; 3]);
+/// Images, and the bits of their numbers and choices.
 type Key = ([Option<usize>; IMAGES], [u32; 3], bool, bool);
 
 impl<'a> Product<'a> {
@@ -68,13 +70,13 @@ impl<'a> Product<'a> {
         }
     }
 
-    /// The texture of a near side's colour, `self` without what passes diffusely.
+    /// `self`, the texture of a near side, without the light of diffuse transmission.
     pub(crate) fn near(self, document: &'a Document, diffuse: &Diffuse) -> Self {
         let passes = image(document, diffuse.share);
         Self { spreads: passes.map(|image| (image, Spreads::Stays(diffuse.factor))), ..self }
     }
 
-    /// The texture of what passes diffusely, and of where it is.
+    /// The texture of diffuse transmission, and of its coverage.
     pub(crate) fn far(document: &'a Document, diffuse: &Diffuse, source: &Material<'a>) -> Self {
         let surface = source.pbr_metallic_roughness();
         let [.., alpha] = surface.base_color_factor();
@@ -95,7 +97,7 @@ impl<'a> Product<'a> {
         }
     }
 
-    /// Its images: what is stored of them has the larger size.
+    /// Its images; the stored texture has the size of the largest.
     pub(crate) fn images(&self) -> [Option<&Image<'a>>; IMAGES] {
         let metal = self.metal.as_ref().map(|(image, _)| image);
         let spreads = self.spreads.as_ref().map(|(image, _)| image);
@@ -124,11 +126,12 @@ fn image(document: &Document, texture: Option<usize>) -> Option<Image<'_>> {
 
 #[derive(Debug)]
 pub(crate) struct Textures<'a> {
-    file: &'a File,
+    file: &'a GltfFile,
     pub(crate) textures: Vec<Texture>,
     known: HashMap<Key, u32>,
+    known_data: HashMap<DataKey, u32>,
     means: HashMap<usize, [f32; 4]>,
-    /// Textures that the scene had before.
+    /// Number of the scene's textures before this file.
     earlier: usize,
     /// Texels of all textures of the scene.
     texels: u64,
@@ -136,12 +139,12 @@ pub(crate) struct Textures<'a> {
 
 impl<'a> Textures<'a> {
     /// `earlier` and `texels`: textures that the scene has already.
-    pub(crate) fn new(file: &'a File, earlier: usize, texels: u64) -> Self {
-        let (textures, known, means) = (Vec::new(), HashMap::new(), HashMap::new());
-        Self { file, textures, known, means, earlier, texels }
+    pub(crate) fn new(file: &'a GltfFile, earlier: usize, texels: u64) -> Self {
+        let (known, known_data, means) = (HashMap::new(), HashMap::new(), HashMap::new());
+        Self { file, textures: Vec::new(), known, known_data, means, earlier, texels }
     }
 
-    /// Index of the texture of a product; `None` without images.
+    /// Index of a product's texture; `None` without images.
     pub(crate) fn add(&mut self, product: &Product<'_>) -> Result<Option<u32>, SceneError> {
         let Some(first) = product.images().into_iter().flatten().next() else { return Ok(None) };
         let key = product.key();
@@ -174,6 +177,33 @@ impl<'a> Textures<'a> {
             self.known.insert((images, numbers, !is_opaque, is_face), id);
         }
         Ok(Some(id))
+    }
+
+    /// Index of the texture that is made of images which are data.
+    pub(super) fn add_data(
+        &mut self,
+        images: [Option<&Image<'_>>; 2],
+        numbers: [f32; 3],
+        make: impl FnOnce([Option<RgbaImage>; 2]) -> RgbaImage,
+    ) -> Result<u32, SceneError> {
+        let key = (images.map(|image| image.map(Image::index)), numbers.map(f32::to_bits));
+        if let Some(known) = self.known_data.get(&key) {
+            return Ok(*known);
+        }
+        let count = (self.earlier + self.textures.len()) as u64;
+        Limit::Textures.grown_in(&self.file.path, count, 1)?;
+        let before = self.texels;
+        let [first, second] = images.map(|image| image.map(|image| self.decode(image)).transpose());
+        let pixels = make([first?, second?]);
+        let (width, height) = pixels.dimensions();
+        let texels = u64::from(width) * u64::from(height);
+        self.texels = Limit::Texels.grown_in(&self.file.path, before, texels)?;
+        let first = images.iter().flatten().next();
+        let name = first.map_or_else(String::new, |image| format!("image {}", image.index()));
+        let id = self.textures.len() as u32;
+        self.textures.push(Texture { name, width, height, rgba: pixels.into_raw() });
+        self.known_data.insert(key, id);
+        Ok(id)
     }
 
     /// Product of the images, at the largest size.
@@ -251,7 +281,7 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// A colour at another size. Linear light is weighted by alpha: what is clear has no colour.
+/// A colour at another size. Linear light is weighted by alpha, so that transparent texels add no colour.
 fn resized_color(image: RgbaImage, width: u32, height: u32) -> RgbaImage {
     if image.dimensions() == (width, height) {
         return image;
@@ -273,7 +303,7 @@ fn resized_color(image: RgbaImage, width: u32, height: u32) -> RgbaImage {
     resized
 }
 
-/// Multiplies the colour of `base`, sRGB, by a factor of each texel of `filter`, at the size of `base`.
+/// Multiplies the colour of `base`, in sRGB, by a factor of each texel of `filter`, at the size of `base`.
 fn multiply(base: &mut RgbaImage, filter: RgbaImage, factor: impl Fn([u8; 4]) -> f32) {
     let (width, height) = base.dimensions();
     let filter = match filter.dimensions() == (width, height) {
@@ -288,13 +318,13 @@ fn multiply(base: &mut RgbaImage, filter: RgbaImage, factor: impl Fn([u8; 4]) ->
     }
 }
 
-fn srgb_byte(c: f32) -> u8 {
+pub(super) fn srgb_byte(c: f32) -> u8 {
     let srgb = if c <= 0.003_130_8 { c * 12.92 } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
     (srgb * 255.0).round() as u8
 }
 
-/// Share of light that it transmits without its textures. Metal transmits nothing; where a texture says what is metal,
-/// that multiplies the texture.
+/// Transmitted share of light without textures. Metal transmits nothing; where a texture holds the metallic
+/// share, the texture is multiplied instead.
 pub(crate) fn transmission(source: &Material<'_>) -> f32 {
     let surface = source.pbr_metallic_roughness();
     let metal = match surface.metallic_roughness_texture() {

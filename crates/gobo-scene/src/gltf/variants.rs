@@ -1,5 +1,5 @@
-//! Variants of the materials of a glTF file (`KHR_materials_variants`) and nodes that are not shown
-//! (`KHR_node_visibility`), resolved in its JSON.
+//! Variants of a glTF file's materials (`KHR_materials_variants`) and hidden nodes (`KHR_node_visibility`),
+//! resolved in its JSON.
 use crate::{error::quoted, plain::nearest};
 use serde_json::Value;
 use std::{collections::BTreeSet, path::Path};
@@ -18,8 +18,8 @@ fn names(root: &Value) -> Vec<&str> {
         .collect()
 }
 
-/// Gives primitives the materials of a variant; without a name they keep their own. Returns a note about variants that
-/// are not taken, or the problem and the remedy.
+/// Gives primitives the materials of a variant; without a name they keep their own. Returns a note about
+/// unused variants, or the problem and the remedy.
 pub(crate) fn choose(
     root: &mut Value,
     path: &Path,
@@ -54,7 +54,7 @@ pub(crate) fn choose(
     Ok(None)
 }
 
-/// Takes meshes and lights from nodes that are not shown, and those below them; returns their number.
+/// Removes meshes and lights from hidden nodes and the nodes below them; returns their number.
 pub(crate) fn hide(root: &mut Value) -> usize {
     let nodes = list(root, "nodes");
     let is_hidden = |node: &Value| {
@@ -85,7 +85,7 @@ pub(crate) fn hide(root: &mut Value) -> usize {
     for node in nodes.into_iter().flatten().enumerate().filter(|(i, _)| hidden.contains(i)) {
         let Some(node) = node.1.as_object_mut() else { continue };
         count += usize::from(node.remove("mesh").is_some());
-        // What belongs to a mesh alone.
+        // Properties of a mesh alone.
         node.remove("skin");
         node.remove("weights");
         if let Some(extensions) = node.get_mut("extensions").and_then(Value::as_object_mut) {

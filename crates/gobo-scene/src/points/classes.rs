@@ -3,13 +3,13 @@ use super::Points;
 use glam::Vec3;
 use std::path::Path;
 
-/// Colour of points that say nothing.
+/// Colour of points without colour, echo or class.
 pub(super) const PLAIN: Vec3 = Vec3::splat(0.6);
 
-/// Share of the echoes that are white or darker: some are far stronger than all others.
+/// Share of the echoes up to the one shown white: some are far stronger than all others.
 const WHITE: f64 = 0.98;
 
-/// Darkest grey: an echo is there.
+/// Darkest grey, so that every echo is visible.
 const DARKEST: f32 = 0.05;
 
 /// Classes of noise (ASPRS LAS 1.4 R15, table 17): low and high.
@@ -31,12 +31,12 @@ const COLORS: [(u8, Vec3); 12] = [
     (17, Vec3::new(0.36, 0.34, 0.36)),
 ];
 
-/// Whether a class is of what is not there.
+/// Whether a class is noise.
 pub(super) fn is_noise(class: u8) -> bool {
     NOISE.contains(&class)
 }
 
-/// A colour of each point; empty if the file says nothing of them.
+/// A colour for each point; empty if the file has nothing to derive it from.
 pub(super) fn colors(points: &mut Points, notes: &mut Vec<String>, path: &Path) -> Vec<Vec3> {
     let count = points.positions.len();
     // A file may have colours of some points only.
@@ -64,7 +64,7 @@ pub(super) fn colors(points: &mut Points, notes: &mut Vec<String>, path: &Path) 
     Vec::new()
 }
 
-/// The echo that is white.
+/// Strength of the echo that is shown white.
 fn white(intensities: &[f32]) -> f32 {
     let mut sorted: Vec<f32> = intensities.iter().copied().filter(|echo| *echo > 0.0).collect();
     let at = ((sorted.len() - 1) as f64 * WHITE) as usize;

@@ -1,18 +1,15 @@
 //! E57 (ASTM E2807): the scans of a file, each placed by its pose.
-use super::{DAMAGED, Fault, Point, Points, linear};
+use super::{DAMAGED, Fault, Point, Points, Room, linear};
 use e57::{CartesianCoordinate, E57Reader};
 use glam::DVec3;
 use std::io::Cursor;
 
-pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
+pub(super) fn read(bytes: &[u8], room: Room) -> Result<Points, Fault> {
     let bad = |error: e57::Error| (format!("not a valid E57 file: {error}"), DAMAGED);
     let mut file = E57Reader::new(Cursor::new(bytes)).map_err(bad)?;
     let scans = file.pointclouds();
     let count = scans.iter().fold(0, |sum: u64, scan| sum.saturating_add(scan.records));
-    if count > most {
-        let help = "thin the scans out, for example by PDAL or CloudCompare";
-        return Err((format!("{count} points, but a scene has room for {most}"), help));
-    }
+    room.check(count)?;
     let mut points = Points::default();
     points.reserve(count as usize)?;
     for scan in &scans {

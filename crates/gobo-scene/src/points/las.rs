@@ -1,7 +1,15 @@
-//! LAS 1.0 to 1.4 (ASPRS), and LAZ, whose records are compressed.
-use super::{DAMAGED, Fault, Point, Points, classes::is_noise, linear};
+//! LAS 1.0 to 1.4 (ASPRS), and LAZ with its compressed records.
+use super::{
+    DAMAGED, Fault, Point, Points, Room,
+    classes::is_noise,
+    copc::{self, OctreeNode},
+    linear,
+};
 use glam::{DVec3, Vec3};
-use laz::{LasZipDecompressor, LazVlr};
+use laz::{
+    LasZipDecompressor, LazVlr,
+    record::{LayeredPointRecordDecompressor, RecordDecompressor},
+};
 use std::io::{Cursor, Seek as _, SeekFrom};
 
 /// Least length of a header, and length of one of version 1.4 \[bytes\].
@@ -21,7 +29,7 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
     std::array::from_fn(|i| bytes[at + i])
 }
 
-struct Header {
+struct LasHeader {
     format: u8,
     is_packed: bool,
     /// Size of a record \[bytes\].
@@ -35,7 +43,7 @@ struct Header {
     offset: DVec3,
 }
 
-impl Header {
+impl LasHeader {
     fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         let least = if bytes.get(25) == Some(&4) { HEADER_4 } else { HEADER };
         if bytes.len() < least {
@@ -47,7 +55,7 @@ impl Header {
             return Err((message, "gobo reads LAS 1.0 to 1.4"));
         }
         let (packed, size) = (bytes[104], u16::from_le_bytes(number(bytes, 105)));
-        // The upper bits say that records are compressed.
+        // The upper bits are set for compressed records.
         let (format, is_packed) = (packed & 0x3f, packed & 0xc0 != 0);
         let least = SIZES.get(usize::from(format));
         if least.is_none_or(|least| size < *least) {
@@ -74,7 +82,7 @@ impl Header {
         })
     }
 
-    /// Where the colour of a record begins \[bytes\].
+    /// Offset of a record's colour \[bytes\].
     fn color(&self) -> Option<usize> {
         match self.format {
             2 => Some(20),
@@ -94,16 +102,17 @@ impl Header {
     }
 }
 
-/// Number of points that a header promises; `None` if the file is too short for them.
+/// Number of points that a header announces; `None` if the file is too short for them, or has an octree, of
+/// which a part may be read.
 pub(super) fn announced(head: &[u8], length: u64) -> Option<u64> {
-    let header = Header::parse(head).ok()?;
+    let header = LasHeader::parse(head).ok().filter(|_| !copc::has_octree(head))?;
     let bytes = header.count.checked_mul(header.size.into())?.checked_add(header.start)?;
     (header.is_packed || bytes <= length).then_some(header.count)
 }
 
-/// Version, format of points and box of a file, in its own axes.
+/// Version, point format and box of a file, in its own axes.
 pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
-    let Ok(header) = Header::parse(head) else { return Vec::new() };
+    let Ok(header) = LasHeader::parse(head) else { return Vec::new() };
     let double = |i: usize| f64::from_le_bytes(number(head, 179 + 8 * i));
     // Largest and least x, then y, then z.
     let [most, least] = [0, 1].map(|k| [0, 2, 4].map(|i| double(i + k)));
@@ -114,17 +123,20 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
         ("box in the file", format!("{least:?} to {most:?}")),
         ("colour", (if header.color().is_some() { "yes" } else { "no" }).to_owned()),
         ("compressed", (if header.is_packed { "yes" } else { "no" }).to_owned()),
+        ("octree", (if copc::has_octree(head) { "yes (COPC)" } else { "no" }).to_owned()),
     ]
 }
 
-pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
-    let header = Header::parse(bytes)?;
-    if header.count > most {
-        let help = "thin the cloud out, for example by PDAL or CloudCompare";
-        return Err((format!("{} points, but a scene has room for {most}", header.count), help));
-    }
+pub(super) fn read(bytes: &[u8], room: Room) -> Result<Points, Fault> {
+    let header = LasHeader::parse(bytes)?;
+    let count = header.count;
     let mut reader = Reader { points: Points::default(), header, brightest: 0 };
-    reader.points.reserve(reader.header.count as usize)?;
+    if count > room.most() && reader.header.is_packed && copc::has_octree(bytes) {
+        reader.levels(bytes, room.most())?;
+        return Ok(reader.finish());
+    }
+    room.check(count)?;
+    reader.points.reserve(count as usize)?;
     if reader.header.is_packed {
         reader.packed(bytes)?;
     } else {
@@ -133,10 +145,15 @@ pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
     Ok(reader.finish())
 }
 
+/// Says why compressed points cannot be read.
+fn bad(error: &dyn std::fmt::Display) -> Fault {
+    (format!("its compressed points cannot be read: {error}"), DAMAGED)
+}
+
 struct Reader {
     points: Points,
-    header: Header,
-    /// Largest number of all colours.
+    header: LasHeader,
+    /// Largest component of all colours.
     brightest: u16,
 }
 
@@ -153,32 +170,80 @@ impl Reader {
         Ok(())
     }
 
-    fn packed(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        let bad = |error: &dyn std::fmt::Display| {
-            (format!("its compressed points cannot be read: {error}"), DAMAGED)
-        };
+    /// The parameters of the compression.
+    fn laz_vlr(&self, bytes: &[u8]) -> Result<LazVlr, Fault> {
         let vlr = self.laz_record(bytes).ok_or_else(|| bad(&"it has no record of LASzip"))?;
         let vlr = LazVlr::from_buffer(vlr).map_err(|error| bad(&error))?;
-        let size = u64::from(self.header.size);
-        if vlr.items_size() != size {
-            return Err(bad(&"sizes of points differ"));
+        if vlr.items_size() == u64::from(self.header.size) {
+            Ok(vlr)
+        } else {
+            Err(bad(&"sizes of points differ"))
         }
-        check_chunks(bytes, self.header.start).map_err(|what| bad(&what))?;
-        let mut source = Cursor::new(bytes);
-        source.seek(SeekFrom::Start(self.header.start)).map_err(|error| bad(&error))?;
-        let mut unpacked = LasZipDecompressor::new(source, vlr).map_err(|error| bad(&error))?;
-        let mut batch = vec![0; (size * BATCH.min(self.header.count)) as usize];
-        let mut left = self.header.count;
+    }
+
+    /// Reads the finest levels of an octree with at most `most` points.
+    fn levels(&mut self, bytes: &[u8], most: u64) -> Result<(), Fault> {
+        let nodes = copc::nodes(bytes)?;
+        let Some(levels) = copc::levels(&nodes, most) else {
+            let message = format!("level 0 of its octree has more than {most} points");
+            return Err((message, "allow more points, or thin the cloud out"));
+        };
+        let deepest = nodes.iter().map(|node| node.level).max().unwrap_or_default();
+        let nodes: Vec<_> = nodes.iter().filter(|node| levels.contains(&node.level)).collect();
+        let count: u64 = nodes.iter().map(|node| node.count).sum();
+        self.points.reserve(count as usize)?;
+        let vlr = self.laz_vlr(bytes)?;
+        for node in nodes {
+            self.node(bytes, &vlr, node)?;
+        }
+        self.points.notes.push(format!(
+            "levels 0 to {} of {deepest} of its octree are read: {count} of {} points",
+            levels.end(),
+            self.header.count
+        ));
+        Ok(())
+    }
+
+    /// Reads a node, which is compressed by itself.
+    fn node(&mut self, bytes: &[u8], vlr: &LazVlr, node: &OctreeNode) -> Result<(), Fault> {
+        if self.header.format < 6 {
+            return Err(bad(&"points of an octree have format 6, 7 or 8"));
+        }
+        let chunk = copc::part(bytes, node.offset, node.size).unwrap_or_default();
+        let mut unpacked = LayeredPointRecordDecompressor::new(Cursor::new(chunk));
+        unpacked.set_fields_from(vlr.items()).map_err(|error| bad(&error))?;
+        self.batches(node.count, |part| unpacked.decompress_many(part).map_err(|error| bad(&error)))
+    }
+
+    /// Adds points that `unpack` writes, some at a time.
+    fn batches(
+        &mut self,
+        count: u64,
+        mut unpack: impl FnMut(&mut [u8]) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let size = usize::from(self.header.size);
+        let mut batch = vec![0; size * BATCH.min(count) as usize];
+        let mut left = count;
         while left > 0 {
-            let part = &mut batch[..(size * left.min(BATCH)) as usize];
-            unpacked.decompress_many(part).map_err(|error| bad(&error))?;
-            part.chunks_exact(size as usize).for_each(|record| self.push(record));
+            let part = &mut batch[..size * left.min(BATCH) as usize];
+            unpack(part)?;
+            part.chunks_exact(size).for_each(|record| self.push(record));
             left -= left.min(BATCH);
         }
         Ok(())
     }
 
-    /// Bytes of the record that says how points are compressed.
+    fn packed(&mut self, bytes: &[u8]) -> Result<(), Fault> {
+        let vlr = self.laz_vlr(bytes)?;
+        check_chunks(bytes, self.header.start).map_err(|what| bad(&what))?;
+        let mut source = Cursor::new(bytes);
+        source.seek(SeekFrom::Start(self.header.start)).map_err(|error| bad(&error))?;
+        let mut unpacked = LasZipDecompressor::new(source, vlr).map_err(|error| bad(&error))?;
+        let count = self.header.count;
+        self.batches(count, |part| unpacked.decompress_many(part).map_err(|error| bad(&error)))
+    }
+
+    /// The record about the compression of points.
     fn laz_record<'a>(&self, bytes: &'a [u8]) -> Option<&'a [u8]> {
         let mut rest = bytes.get(self.header.records..)?;
         for _ in 0..self.header.record_count {
@@ -217,7 +282,7 @@ impl Reader {
         });
     }
 
-    /// Colours have 16 bits, of which many programs use 8.
+    /// Colours have 16 bits, of which many programs use only 8.
     fn finish(mut self) -> Points {
         let most = if self.brightest > 255 { 65535.0 } else { 255.0 };
         for color in &mut self.points.colors {
@@ -227,7 +292,7 @@ impl Reader {
     }
 }
 
-/// Refuses a table of more chunks than the file has bytes: the decoder makes room for all.
+/// Refuses a table of more chunks than the file has bytes: the decoder allocates all of them.
 fn check_chunks(bytes: &[u8], start: u64) -> Result<(), &'static str> {
     let at = |offset: u64| usize::try_from(offset).ok().filter(|at| *at <= bytes.len());
     let offset = |place: u64| -> Option<u64> {
@@ -237,7 +302,7 @@ fn check_chunks(bytes: &[u8], start: u64) -> Result<(), &'static str> {
     let ends = "the file ends in its table of chunks";
     let mut table = offset(start).unwrap_or(0);
     if table <= start {
-        // Of a writer that could not go back.
+        // A program that could not seek back writes the offset last.
         table = (bytes.len() as u64).checked_sub(8).and_then(offset).ok_or(ends)?;
     }
     let table = at(table).and_then(|table| bytes.get(table..)).ok_or(ends)?;

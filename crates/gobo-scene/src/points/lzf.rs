@@ -1,9 +1,9 @@
-//! LZF (Lehmann), by which PCL compresses points.
+//! LZF (Lehmann), the compression of points in PCL.
 
-/// Most bytes that a byte stands for: three make 264.
+/// Most bytes that a compressed byte stands for: three make 264.
 pub(super) const MOST: u64 = 88;
 
-/// Decompresses to exactly `length` bytes; `None` if the bytes are no such stream.
+/// Decompresses to exactly `length` bytes; `None` if the stream is invalid.
 pub(super) fn unpacked(mut bytes: &[u8], length: usize) -> Option<Vec<u8>> {
     let mut plain = Vec::with_capacity(length);
     while let Some((&control, rest)) = bytes.split_first() {
@@ -29,7 +29,7 @@ pub(super) fn unpacked(mut bytes: &[u8], length: usize) -> Option<Vec<u8>> {
         if plain.len() + run + 2 > length {
             return None;
         }
-        // A run may repeat itself.
+        // A run may overlap its own output.
         for i in start..start + run + 2 {
             plain.push(plain[i]);
         }
@@ -41,7 +41,7 @@ pub(super) fn unpacked(mut bytes: &[u8], length: usize) -> Option<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// Three bytes as they are, three from three back, twelve from one back.
+    /// Three literal bytes, three copied from three back, twelve from one back.
     const STREAM: [u8; 9] = [2, b'a', b'b', b'c', 0x20, 2, 0xe0, 3, 0];
 
     #[test]
@@ -53,7 +53,7 @@ mod tests {
         for length in [0, 5, 17, 19] {
             assert_eq!(unpacked(&STREAM, length), None, "{length}");
         }
-        // From before the start.
+        // A copy from before the start.
         assert_eq!(unpacked(&[0, b'a', 0x20, 1], 4), None);
     }
 }

@@ -1,7 +1,8 @@
-//! Clouds of points: scans by laser and by camera, as discs.
+//! Point clouds, scanned by laser or camera, as discs.
 //!
-//! Files have z up, as surveys and robots do: their (x, y, z) is (x, z, -y) here.
+//! Files have z up, as surveys and robots do: their (x, y, z) becomes (x, z, -y).
 mod classes;
+mod copc;
 mod e57;
 mod las;
 mod lzf;
@@ -11,7 +12,7 @@ mod spacing;
 
 use super::{
     SceneError,
-    error::quoted,
+    error::{Fault, quoted},
     limits::{self, Limit},
     particles::{FARTHEST, ParticleFile, linear_from_srgb},
     read,
@@ -23,69 +24,71 @@ use std::{
     path::Path,
 };
 
-/// The problem and the remedy.
-pub(super) type Fault = (String, &'static str);
-
 const DAMAGED: &str = "the file is cut off or damaged: write it again";
 
-/// Kind of a file of points.
+/// Format of a point file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PointsKind {
     /// LAS and LAZ.
     Las,
     Pcd,
     E57,
 }
 
-/// Kind of a file by its start.
-pub(super) fn kind_of(start: &[u8]) -> Option<Kind> {
+/// Format of a file by its first bytes.
+pub(super) fn kind_of(start: &[u8]) -> Option<PointsKind> {
     if start.starts_with(b"LASF") {
-        return Some(Kind::Las);
+        return Some(PointsKind::Las);
     }
     if start.starts_with(b"ASTM-E57") {
-        return Some(Kind::E57);
+        return Some(PointsKind::E57);
     }
-    pcd_header::is_pcd(start).then_some(Kind::Pcd)
+    pcd_header::is_pcd(start).then_some(PointsKind::Pcd)
 }
 
-/// Kind of a file, by its head; `None` if it is none, or cannot be read.
-pub(super) fn kind_of_file(path: &Path) -> Option<Kind> {
+/// Format of a file by its head; `None` if it is unknown, or the file cannot be read.
+pub(super) fn kind_of_file(path: &Path) -> Option<PointsKind> {
     let (head, _) = read::head(path, pcd_header::LONGEST).ok()?;
     kind_of(&head)
 }
 
-/// Number of points that the head of a file promises.
+/// Whether a file is a cloud of points.
+pub(super) fn is_cloud(path: &Path) -> bool {
+    kind_of_file(path).is_some()
+}
+
+/// Number of points that a file's head announces.
 pub(super) fn announced(path: &Path) -> Option<u64> {
     let (head, length) = read::head(path, pcd_header::LONGEST).ok()?;
     match kind_of(&head)? {
-        Kind::Las => las::announced(&head, length),
-        Kind::Pcd => pcd::announced(&head, length),
-        Kind::E57 => None,
+        PointsKind::Las => las::announced(&head, length),
+        PointsKind::Pcd => pcd::announced(&head, length),
+        PointsKind::E57 => None,
     }
 }
 
-/// What the head of a file says.
+/// Facts from the head of a file.
 pub(super) fn facts(path: &Path) -> Vec<(&'static str, String)> {
     let Ok((head, _)) = read::head(path, pcd_header::LONGEST) else { return Vec::new() };
     match kind_of(&head) {
-        Some(Kind::Las) => las::facts(&head),
-        Some(Kind::Pcd) => pcd::facts(&head),
+        Some(PointsKind::Las) => las::facts(&head),
+        Some(PointsKind::Pcd) => pcd::facts(&head),
         _ => Vec::new(),
     }
 }
 
-/// What a file says of each point. Lists are as long as `positions`, or empty.
+/// Points of a file by attribute. Lists are as long as `positions`, or empty.
 #[derive(Debug, Default)]
 struct Points {
-    /// As in the file \[m\].
+    /// Positions as in the file \[m\].
     positions: Vec<DVec3>,
-    /// Linear.
+    /// Linear colours.
     colors: Vec<Vec3>,
     /// Strength of the echo; any unit.
     intensities: Vec<f32>,
-    /// Classes by the ASPRS.
+    /// ASPRS classes.
     classes: Vec<u8>,
-    /// Rows of the file of each point; empty where no row was skipped.
+    /// Each point's row in the file; empty where no row was skipped.
     rows: Vec<u32>,
     skipped: Skipped,
     notes: Vec<String>,
@@ -137,27 +140,59 @@ impl Points {
     }
 }
 
-/// A colour of bytes or of shares as it is shown.
+/// Linear light of an sRGB colour.
 fn linear(rgb: [f32; 3]) -> Vec3 {
     Vec3::from_array(rgb.map(|c| linear_from_srgb(c.clamp(0.0, 1.0))))
 }
 
-/// What a file's points are made into.
+/// Target of a file's points.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wanted {
+pub(super) struct PointsWanted {
     pub(super) material: u32,
     /// Radius of all points \[m\]; `None`: by their spacing.
     pub(super) radius: Option<f32>,
     pub(super) first_id: u32,
-    /// Particles of the scene before this file.
+    /// Number of the scene's particles before this file.
     pub(super) earlier: u64,
+    /// Most points to read, of a file with levels of detail; `None`: as many as fit in the scene.
+    pub(super) budget: Option<u64>,
 }
 
-/// Loads a file as discs. `origin`: what is subtracted from all files' coordinates, set by the first that is far out.
+/// Number of points that may be read.
+#[derive(Clone, Copy, Debug)]
+struct Room {
+    of_scene: u64,
+    budget: Option<u64>,
+}
+
+impl Room {
+    fn most(self) -> u64 {
+        self.budget.map_or(self.of_scene, |budget| budget.min(self.of_scene))
+    }
+
+    /// Refuses more points, of a file without levels of detail.
+    fn check(self, count: u64) -> Result<(), Fault> {
+        if count > self.of_scene {
+            let help = "thin the cloud out, or write it with levels of detail, as COPC (by PDAL or untwine)";
+            return Err((
+                format!("{count} points, but a scene has room for {}", self.of_scene),
+                help,
+            ));
+        }
+        if self.budget.is_some_and(|budget| count > budget) {
+            let help = "remove point_budget, or write the cloud as COPC (by PDAL or untwine)";
+            return Err((format!("{count} points without levels of detail"), help));
+        }
+        Ok(())
+    }
+}
+
+/// Loads a file as discs. `origin`: offset subtracted from the coordinates of all files, set by the first far
+/// from 0.
 pub(super) fn load(
     path: &Path,
-    kind: Kind,
-    wanted: Wanted,
+    kind: PointsKind,
+    wanted: PointsWanted,
     origin: &mut Option<DVec3>,
 ) -> Result<ParticleFile, SceneError> {
     let invalid = |(message, help): Fault| SceneError::invalid(path, message, help);
@@ -165,12 +200,13 @@ pub(super) fn load(
         Limit::Particles.grown_in(path, wanted.earlier, count)?;
     }
     let bytes = read::bytes(path)?;
-    let most = Limit::Particles.most().saturating_sub(wanted.earlier);
-    // Crates that read these may panic at damaged files.
+    let of_scene = Limit::Particles.most().saturating_sub(wanted.earlier);
+    let room = Room { of_scene, budget: wanted.budget };
+    // The crates for these formats may panic on damaged files.
     let read = catch_unwind(AssertUnwindSafe(|| match kind {
-        Kind::Las => las::read(&bytes, most),
-        Kind::Pcd => pcd::read(&bytes, most),
-        Kind::E57 => e57::read(&bytes, most),
+        PointsKind::Las => las::read(&bytes, room),
+        PointsKind::Pcd => pcd::read(&bytes, room),
+        PointsKind::E57 => e57::read(&bytes, room),
     }));
     let read = read.unwrap_or_else(|_| Err(("its data are damaged".to_owned(), DAMAGED)));
     let points = read.map_err(invalid)?;
@@ -184,7 +220,8 @@ const FAR: f64 = 10_000.0;
 /// Origins are multiples of this \[m\].
 const STEP: f64 = 1000.0;
 
-/// Origin of points far out, in the file's axes: along each axis the middle of the box where that is beyond [`FAR`].
+/// Origin of far points, in the file's axes: along each axis the middle of the box where that is beyond
+/// [`FAR`].
 fn far_origin(points: &Points) -> DVec3 {
     let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for position in &points.positions {
@@ -205,7 +242,7 @@ fn far_origin(points: &Points) -> DVec3 {
 fn discs(
     path: &Path,
     mut points: Points,
-    wanted: Wanted,
+    wanted: PointsWanted,
     origin: &mut Option<DVec3>,
 ) -> Result<ParticleFile, SceneError> {
     let found = far_origin(&points);
@@ -249,7 +286,7 @@ fn discs(
     Ok(ParticleFile { particles, skipped, notes })
 }
 
-/// Names of columns that are not read, for a note.
+/// Names of unread columns, for a note.
 fn unread(names: &[&str]) -> Option<String> {
     const NAMED: usize = 12;
     let named: Vec<String> = names.iter().take(NAMED).map(|name| quoted(name)).collect();

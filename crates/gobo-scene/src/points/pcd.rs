@@ -1,7 +1,7 @@
-//! PCD 0.7 (Point Cloud Library): rows of numbers as text or binary, or columns by LZF.
+//! PCD 0.7 (Point Cloud Library): rows of numbers as text or binary, or columns compressed by LZF.
 use super::{
-    DAMAGED, Fault, Point, Points, linear, lzf,
-    pcd_header::{self, Encoding, Field, Header},
+    DAMAGED, Fault, Point, Points, Room, linear, lzf,
+    pcd_header::{self, PcdEncoding, PcdField, PcdHeader},
     unread,
 };
 use crate::error::quoted;
@@ -12,13 +12,13 @@ const NAMES: [&str; 8] = ["x", "y", "z", "rgb", "rgba", "intensity", "label", "c
 const COLOR: [usize; 2] = [3, 4];
 const INTENSITY: usize = 5;
 
-/// Places of the columns that are read: the field, and its offset in a row \[bytes\].
-struct Columns<'a> {
-    of_names: [Option<(&'a Field, usize)>; NAMES.len()],
+/// The columns that are read: each one's field, and its offset in a row \[bytes\].
+struct PointColumns<'a> {
+    of_names: [Option<(&'a PcdField, usize)>; NAMES.len()],
 }
 
-impl<'a> Columns<'a> {
-    fn new(header: &'a Header) -> Result<Self, Fault> {
+impl<'a> PointColumns<'a> {
+    fn new(header: &'a PcdHeader) -> Result<Self, Fault> {
         let mut of_names = [None; NAMES.len()];
         let mut offset = 0;
         for field in &header.fields {
@@ -39,7 +39,7 @@ impl<'a> Columns<'a> {
     /// The point of a row; `number`: the value of a field at an offset, and its bits.
     fn point<E>(
         &self,
-        number: impl Fn(&Field, usize) -> Result<(f64, u64), E>,
+        number: impl Fn(&PcdField, usize) -> Result<(f64, u64), E>,
     ) -> Result<Point, E> {
         let value =
             |i: usize| self.of_names[i].map(|(field, offset)| number(field, offset)).transpose();
@@ -57,21 +57,21 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// Number of points that a header promises; `None` if the file is too short for them.
+/// Number of points that a header announces; `None` if the file is too short for them.
 pub(super) fn announced(head: &[u8], length: u64) -> Option<u64> {
     let header = pcd_header::parse(head).ok()?;
     (header.points <= most_points(&header, length)).then_some(header.points)
 }
 
-/// Most points in a file of a length \[bytes\].
-fn most_points(header: &Header, length: u64) -> u64 {
+/// Upper bound of the points in a file of `length` bytes.
+fn most_points(header: &PcdHeader, length: u64) -> u64 {
     let bytes = length.saturating_sub(header.length as u64);
     let row = header.row().max(1) as u64;
     match header.encoding {
         // A digit and a blank for each number.
-        Encoding::Ascii => (bytes + 1) / (2 * header.fields.len().max(1) as u64),
-        Encoding::Binary => bytes / row,
-        Encoding::Packed => bytes.saturating_mul(lzf::MOST) / row,
+        PcdEncoding::Ascii => (bytes + 1) / (2 * header.fields.len().max(1) as u64),
+        PcdEncoding::Binary => bytes / row,
+        PcdEncoding::Packed => bytes.saturating_mul(lzf::MOST) / row,
     }
 }
 
@@ -86,9 +86,9 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
     ]
 }
 
-pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
+pub(super) fn read(bytes: &[u8], room: Room) -> Result<Points, Fault> {
     let header = pcd_header::parse(bytes)?;
-    let columns = Columns::new(&header)?;
+    let columns = PointColumns::new(&header)?;
     let (count, fits) = (header.points, most_points(&header, bytes.len() as u64));
     if count > fits {
         let message = format!(
@@ -96,25 +96,23 @@ pub(super) fn read(bytes: &[u8], most: u64) -> Result<Points, Fault> {
         );
         return Err((message, DAMAGED));
     }
-    if count > most {
-        let help = "thin the cloud out, for example by PCL or CloudCompare";
-        return Err((format!("{count} points, but a scene has room for {most}"), help));
-    }
+    room.check(count)?;
     let mut points = Points::default();
     points.reserve(count as usize)?;
     let data = &bytes[header.length..];
     match header.encoding {
-        Encoding::Ascii => ascii(&header, &columns, data, &mut points)?,
-        Encoding::Binary => {
+        PcdEncoding::Ascii => ascii(&header, &columns, data, &mut points)?,
+        PcdEncoding::Binary => {
             let row = header.row();
             for row in data.chunks_exact(row).take(count as usize) {
                 points.push(infallible(columns.point(|field, at| Ok(binary(field, &row[at..])))));
             }
         }
-        Encoding::Packed => packed(&header, &columns, data, &mut points)?,
+        PcdEncoding::Packed => packed(&header, &columns, data, &mut points)?,
     }
-    let known =
-        |field: &&Field| !NAMES[..=INTENSITY].contains(&field.name.as_str()) && field.name != "_";
+    let known = |field: &&PcdField| {
+        !NAMES[..=INTENSITY].contains(&field.name.as_str()) && field.name != "_"
+    };
     let names: Vec<&str> = header.fields.iter().filter(known).map(|f| f.name.as_str()).collect();
     points.notes.extend(unread(&names));
     if header.has_viewpoint {
@@ -128,7 +126,7 @@ fn infallible(point: Result<Point, std::convert::Infallible>) -> Point {
 }
 
 /// A little-endian number, and its bits.
-fn binary(field: &Field, bytes: &[u8]) -> (f64, u64) {
+fn binary(field: &PcdField, bytes: &[u8]) -> (f64, u64) {
     let bits = bytes[..field.size].iter().rev().fold(0, |bits, byte| bits << 8 | u64::from(*byte));
     let value = match (field.kind, field.size) {
         (b'F', 4) => f32::from_bits(bits as u32).into(),
@@ -143,8 +141,8 @@ fn binary(field: &Field, bytes: &[u8]) -> (f64, u64) {
 }
 
 fn ascii(
-    header: &Header,
-    columns: &Columns<'_>,
+    header: &PcdHeader,
+    columns: &PointColumns<'_>,
     data: &[u8],
     points: &mut Points,
 ) -> Result<(), Fault> {
@@ -164,12 +162,12 @@ fn ascii(
         if words.len() != expected {
             return Err(fault(format!("{} numbers, not {expected}", words.len())));
         }
-        let number = |field: &Field, _: usize| {
+        let number = |field: &PcdField, _: usize| {
             let before = header.fields.iter().take_while(|other| other.name != field.name);
             let word = words[before.map(|field| field.count).sum::<usize>()];
             let value: f64 =
                 word.parse().map_err(|_| format!("{} is not a number", quoted(word)))?;
-            // Bytes of colours are written as the float or the number that they make.
+            // Bytes of colours are written as the bits of a float or an integer.
             let bits = match field.kind {
                 b'F' => u64::from((value as f32).to_bits()),
                 _ => value as i64 as u64,
@@ -185,10 +183,10 @@ fn ascii(
     Ok(())
 }
 
-/// Columns one behind the other, by LZF.
+/// Columns one after the other, compressed by LZF.
 fn packed(
-    header: &Header,
-    columns: &Columns<'_>,
+    header: &PcdHeader,
+    columns: &PointColumns<'_>,
     data: &[u8],
     points: &mut Points,
 ) -> Result<(), Fault> {
@@ -205,8 +203,8 @@ fn packed(
     let damaged = || ("its compressed points cannot be read".to_owned(), DAMAGED);
     let plain = lzf::unpacked(stream, length).ok_or_else(damaged)?;
     for i in 0..count {
-        // Behind all rows of the columns before.
-        let number = |field: &Field, offset: usize| {
+        // After all rows of the columns before.
+        let number = |field: &PcdField, offset: usize| {
             Ok(binary(field, &plain[offset * count + i * field.size..]))
         };
         points.push(infallible(columns.point(number)));

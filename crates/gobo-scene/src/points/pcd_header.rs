@@ -8,7 +8,7 @@ pub(super) const LONGEST: u64 = 1 << 16;
 const WRITE_AGAIN: &str = "write a PCD 0.7 header, from VERSION to DATA";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(super) enum PcdEncoding {
     Ascii,
     Binary,
     Packed,
@@ -16,17 +16,17 @@ pub(super) enum Encoding {
 
 /// A column of numbers.
 #[derive(Clone, Debug)]
-pub(super) struct Field {
+pub(super) struct PcdField {
     pub(super) name: String,
     /// Size of a number \[bytes\]: 1, 2, 4 or 8.
     pub(super) size: usize,
     /// `I`, `U` or `F`.
     pub(super) kind: u8,
-    /// Numbers of a point.
+    /// Numbers per point.
     pub(super) count: usize,
 }
 
-impl Field {
+impl PcdField {
     /// Size in a point \[bytes\].
     pub(super) fn length(&self) -> usize {
         self.size * self.count
@@ -34,25 +34,25 @@ impl Field {
 }
 
 #[derive(Debug)]
-pub(super) struct Header {
-    pub(super) fields: Vec<Field>,
+pub(super) struct PcdHeader {
+    pub(super) fields: Vec<PcdField>,
     pub(super) points: u64,
-    pub(super) encoding: Encoding,
-    /// Whether the place of the sensor is another than the origin.
+    pub(super) encoding: PcdEncoding,
+    /// Whether the sensor is not at the origin.
     pub(super) has_viewpoint: bool,
     pub(super) lines: usize,
     /// Offset of the data \[bytes\].
     pub(super) length: usize,
 }
 
-impl Header {
+impl PcdHeader {
     /// Size of a point \[bytes\].
     pub(super) fn row(&self) -> usize {
-        self.fields.iter().map(Field::length).sum()
+        self.fields.iter().map(PcdField::length).sum()
     }
 }
 
-/// Whether bytes begin a PCD file: after comments there is its version, or its columns.
+/// Whether bytes begin a PCD file: its version or its columns follow the comments.
 pub(super) fn is_pcd(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(&start[..start.len().min(4096)]);
     if text.starts_with("# .PCD") {
@@ -62,7 +62,7 @@ pub(super) fn is_pcd(start: &[u8]) -> bool {
     lines.next().is_some_and(|line| line.starts_with("VERSION ") || line.starts_with("VERSION\t"))
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
+pub(super) fn parse(bytes: &[u8]) -> Result<PcdHeader, Fault> {
     let mut start = 0;
     let mut lines = 0;
     let (mut names, mut sizes, mut kinds, mut counts) = <[Vec<String>; 4]>::default().into();
@@ -99,9 +99,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
                 has_viewpoint = words.iter().zip(pose).any(|(a, b)| number(a) != number(b));
             }
             "DATA" => match words.first().map(String::as_str) {
-                Some("ascii") => break Encoding::Ascii,
-                Some("binary") => break Encoding::Binary,
-                Some("binary_compressed") => break Encoding::Packed,
+                Some("ascii") => break PcdEncoding::Ascii,
+                Some("binary") => break PcdEncoding::Binary,
+                Some("binary_compressed") => break PcdEncoding::Packed,
                 other => return fault(&format!("DATA {}", quoted(other.unwrap_or_default()))),
             },
             other => return fault(&format!("no known line: {}", quoted(other))),
@@ -113,7 +113,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, Fault> {
         let message = "POINTS of the PCD header is not WIDTH times HEIGHT".to_owned();
         return Err((message, DAMAGED));
     };
-    Ok(Header { fields, points, encoding, has_viewpoint, lines, length: start })
+    Ok(PcdHeader { fields, points, encoding, has_viewpoint, lines, length: start })
 }
 
 fn fields(
@@ -121,7 +121,7 @@ fn fields(
     sizes: &[String],
     kinds: &[String],
     counts: &[String],
-) -> Result<Vec<Field>, Fault> {
+) -> Result<Vec<PcdField>, Fault> {
     let bad = |problem: String| (format!("the PCD header: {problem}"), WRITE_AGAIN);
     if names.is_empty() || names.len() > 256 {
         return Err(bad(format!("{} FIELDS", names.len())));
@@ -141,7 +141,7 @@ fn fields(
             "F" if size >= 4 => b'F',
             other => return Err(bad(format!("{} of type {}", quoted(name), quoted(other)))),
         };
-        Ok(Field { name: name.clone(), size, kind, count })
+        Ok(PcdField { name: name.clone(), size, kind, count })
     };
     names.iter().enumerate().map(|(i, name)| column(i, name)).collect()
 }

@@ -1,23 +1,23 @@
-//! Radius of discs that close the surface between points.
+//! Radius of discs that close the gaps between points.
 use glam::Vec3;
 use gobo::model::Particle;
 use rayon::prelude::*;
 
-/// Points whose neighbours are looked for.
+/// Points in the sample.
 const SAMPLES: usize = 4096;
 
-/// Neighbours before and behind a point along the curve that are looked at.
+/// Neighbours before and after a point along the curve that are searched.
 const WINDOW: usize = 48;
 
-/// The neighbour whose distance is the spacing: on a plane with points in a square grid as well as with points anywhere the
-/// mean distance of the fourth is that of a square per point (1 and 1.09 of its edge).
+/// The neighbour whose distance is the spacing: for a square grid in a plane and for random points alike, the
+/// mean distance of the fourth is about the edge of the square per point (1 and 1.09 times).
 const NEIGHBOR: usize = 4;
 
-/// Radius of points that are all at one place \[m\].
+/// Radius of points that all coincide \[m\].
 const LONE: f32 = 0.05;
 
-/// The median over a sample of the distance to the fourth neighbour \[m\]. Neighbours are looked for along a curve through all
-/// points (Morton 1966), in whose order most are close.
+/// Median over a sample of the distance to the fourth neighbour \[m\]. Neighbours are searched along a curve
+/// through all points (Morton 1966), on which most are close.
 pub(super) fn radius(particles: &[Particle]) -> f32 {
     let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for particle in particles {
@@ -43,7 +43,7 @@ pub(super) fn radius(particles: &[Particle]) -> f32 {
             let window = at.saturating_sub(WINDOW)..(at + WINDOW + 1).min(order.len());
             let mut near: Vec<f32> = window
                 .map(|other| center(at).distance_squared(center(other)))
-                // Points that are there twice.
+                // Duplicates of the point do not count.
                 .filter(|squared| *squared > 0.0)
                 .collect();
             near.sort_unstable_by(f32::total_cmp);
@@ -57,7 +57,7 @@ pub(super) fn radius(particles: &[Particle]) -> f32 {
     *distances.select_nth_unstable_by(middle, f32::total_cmp).1
 }
 
-/// Bits of a number of 21, each two places apart.
+/// Bits of a 21-bit number, spread to every third place.
 fn spread(number: u64) -> u64 {
     let mut bits = number & 0x1f_ffff;
     bits = (bits | bits << 32) & 0x001f_0000_0000_ffff;
@@ -75,7 +75,7 @@ mod tests {
         (0..count).map(|i| Particle { center: place(i), ..Particle::default() }).collect()
     }
 
-    /// A square grid of an edge has that spacing, whatever far points and doubles are beside it.
+    /// The spacing of a square grid is its edge, in spite of far points and duplicates beside it.
     #[test]
     fn a_grid_has_its_own_spacing() {
         let grid = |i: usize| Vec3::new((i % 100) as f32 * 0.25, 3.0, (i / 100) as f32 * 0.25);

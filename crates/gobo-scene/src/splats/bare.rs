@@ -1,16 +1,17 @@
 //! `.splat`: records of 32 bytes without a header (antimatter15/splat): three floats each of centre and
 //! deviations, four bytes rgba, four bytes of the rotation w x y z around 128.
-use super::cloud::{Cloud, Fault, word};
+use super::cloud::{SplatCloud, word};
+use crate::error::Fault;
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 
 /// Size of a record \[bytes\].
 const RECORD: usize = 32;
 
-/// Records that are looked at before a file without a header is taken for splats.
+/// Records that are checked before a file without a header is taken for splats.
 const PROBED: usize = 64;
 
-/// Whether bytes look like such records: their first have sensible numbers.
+/// Whether bytes look like such records: whether the first ones have plausible numbers.
 pub(super) fn is_bare(bytes: &[u8]) -> bool {
     let is_sensible = |record: &[u8]| {
         let Gaussian { center, sigma, rotation, .. } = splat(record);
@@ -26,18 +27,18 @@ pub(super) fn is_bare(bytes: &[u8]) -> bool {
         && probed.clone().filter(|record| is_sensible(&record[..])).count() * 2 > probed.len()
 }
 
-/// Whether a file of so many bytes has whole records.
+/// Whether a file of this length has whole records.
 pub(super) fn is_whole(length: u64) -> bool {
     length.is_multiple_of(RECORD as u64)
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let (records, rest) = bytes.as_chunks::<RECORD>();
     if !rest.is_empty() {
         let message = format!("the file ends in splat {}: it has 32 bytes each", records.len() + 1);
         return Err((message, "the file is cut off: write it again"));
     }
-    let mut cloud = Cloud::with_room(records.len() as u64)?;
+    let mut cloud = SplatCloud::with_room(records.len() as u64)?;
     for record in records {
         cloud.push(splat(record));
     }

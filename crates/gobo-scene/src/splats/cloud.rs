@@ -1,11 +1,8 @@
 //! Splats of a file, checked one by one.
 use super::place::placed;
-use crate::limits::Limit;
+use crate::{error::Fault, limits::Limit};
 use glam::{Mat4, Vec3};
 use gobo::model::{Gaussian, GaussianOpacity, Skipped};
-
-/// The problem and the remedy.
-pub type Fault = (String, &'static str);
 
 /// Degree-0 spherical harmonic, `1 / (2 sqrt(pi))`: colour = 0.5 + this * coefficient (Kerbl et al. 2023).
 pub(crate) const HARMONIC: f32 = 0.282_094_8;
@@ -15,35 +12,43 @@ pub(super) fn word(bytes: &[u8], i: usize) -> [u8; 4] {
     std::array::from_fn(|byte| bytes[4 * i + byte])
 }
 
+/// Says that a number of splats, of `bytes` in all, has no room.
+pub(super) fn memory_for(splats: u64, bytes: u64) -> Fault {
+    let help = "use a smaller file, or a machine with more memory";
+    (format!("no memory for {splats} splats ({} MiB)", bytes >> 20), help)
+}
+
 /// The splats of a file.
 #[derive(Clone, Debug, Default)]
-pub struct Cloud {
+pub struct SplatCloud {
     /// Splats in the order of the file, of material 0. Opacities of a medium are shares of the largest.
     pub splats: Vec<Gaussian>,
     /// Extinction at the centre of a splat of opacity 1 [1/m], if the file holds a medium.
     pub extinction: Option<f32>,
     /// Splats left out, by reason.
     pub skipped: Skipped,
-    /// What of the file is ignored, a sentence each.
+    /// Ignored parts of the file, a sentence each.
     pub notes: Vec<String>,
-    /// Row of the file of each splat; empty where no row was skipped.
+    /// Each splat's row in the file; empty where no row was skipped.
     pub rows: Vec<u32>,
-    /// Colours that were outside 0..=1.
+    /// Coefficients of higher spherical harmonics that the file has for each splat and channel, beside its
+    /// colour.
+    pub harmonics: usize,
+    /// Number of colours that were outside 0..=1.
     clamped: u64,
 }
 
-/// A deviation of 0 becomes this share of the largest: a flat splat without a division by 0.
+/// A deviation of 0 becomes this share of the largest: the splat stays flat, without a division by 0.
 const FLATTEST: f32 = 1e-6;
 
-impl Cloud {
+impl SplatCloud {
     /// An empty cloud with room for `count` splats.
     pub(crate) fn with_room(count: u64) -> Result<Self, Fault> {
         Limit::Splats.grown(0, count)?;
         let mut cloud = Self::default();
         let bytes = count * size_of::<Gaussian>() as u64;
-        let help = "use a smaller file, or a machine with more memory";
-        let fault = || (format!("no memory for {count} splats ({} MiB)", bytes >> 20), help);
-        cloud.splats.try_reserve_exact(count as usize).map_err(|_| fault())?;
+        let room = cloud.splats.try_reserve_exact(count as usize);
+        room.map_err(|_| memory_for(count, bytes))?;
         Ok(cloud)
     }
 
@@ -76,11 +81,12 @@ impl Cloud {
         }
     }
 
-    /// Notes what is left out of each splat's colour: `count` coefficients of higher spherical harmonics.
+    /// Notes that `count` coefficients of higher spherical harmonics are ignored in each splat's colour.
     pub(crate) fn leave_out_harmonics(&mut self, count: usize) {
+        self.harmonics = count;
         if count > 0 && !self.splats.is_empty() {
             self.notes.push(format!(
-                "{count} coefficients of spherical harmonics of each splat are not read: its colour is \
+                "{count} coefficients of spherical harmonics of each splat are not shown: its colour is \
                  the same from all sides"
             ));
         }
@@ -95,11 +101,11 @@ impl Cloud {
     }
 }
 
-/// The splat with its rotation normalised, its colour clamped and without deviations of 0, or why it cannot be
+/// The splat with a unit rotation, a clamped colour and no deviation of 0, or the reason why it cannot be
 /// used.
 pub fn valid(splat: Gaussian) -> Result<Gaussian, &'static str> {
     let Gaussian { rotation, sigma, color, .. } = splat;
-    // Squares of a short quaternion would vanish.
+    // Squares of a short quaternion would underflow.
     let longest = rotation.to_array().iter().fold(0.0, |most: f32, part| most.max(part.abs()));
     let flattest = sigma.max_element() * FLATTEST;
     let valid = Gaussian {

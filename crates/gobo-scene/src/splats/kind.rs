@@ -1,7 +1,7 @@
-//! Kinds of files of splats.
-/// Kind of a file of splats.
+//! Kinds of splat files.
+/// Kind of a splat file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum SplatKind {
     /// PLY with a row per splat.
     Ply,
     /// PLY of `PlayCanvas`, in chunks of 256 splats.
@@ -20,9 +20,10 @@ pub enum Kind {
     Ksplat,
 }
 
-impl Kind {
-    /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which took over
-    /// the axes of photogrammetry. `PlayCanvas` writes SOG with the axes of the PLY that it is made from.
+impl SplatKind {
+    /// Whether y points down in most files of the kind: in the scenes of 3D Gaussian splatting, which
+    /// inherited the axes of photogrammetry. `PlayCanvas` writes SOG with the axes of the PLY that it is made
+    /// from.
     pub(crate) fn points_down(self) -> bool {
         self != Self::Spz
     }

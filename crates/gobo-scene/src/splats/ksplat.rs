@@ -1,7 +1,8 @@
-//! `.ksplat` (mkkellogg/GaussianSplats3D, version 0.1): sections of splats, in buckets relative to whose centres
-//! positions are stored; plain floats, halves, or halves with harmonics of 8 bits (compression levels 0, 1 and 2).
-use super::cloud::{Cloud, Fault, word};
-use crate::limits::Limit;
+//! `.ksplat` (mkkellogg/GaussianSplats3D, version 0.1): sections of splats, in buckets; positions are stored
+//! relative to a bucket's centre. Numbers are plain floats, halves, or halves with harmonics of 8 bits
+//! (compression levels 0, 1 and 2).
+use super::cloud::{SplatCloud, word};
+use crate::{error::Fault, limits::Limit};
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 use half::f16;
@@ -13,23 +14,23 @@ const SECTION: usize = 1024;
 /// Size of a bucket's centre \[bytes\].
 const CENTER: usize = 12;
 
-/// Numbers of higher harmonics of a splat, by degree.
+/// Numbers of higher harmonics per splat, by degree.
 const HARMONICS: [u64; 4] = [0, 9, 24, 45];
 
-/// Range of 16-bit positions if the section does not say.
+/// Range of 16-bit positions unless the section states it.
 const USUAL_RANGE: u32 = 32767;
 
 const DAMAGED: &str = "the file is cut off or damaged: write it again";
 
 /// Header of the file.
-struct Header {
+struct KsplatHeader {
     sections: u64,
     count: u64,
     level: u16,
 }
 
-impl Header {
-    /// `None` if the bytes are of no such file.
+impl KsplatHeader {
+    /// `None` if the bytes begin no such file.
     fn parse(bytes: &[u8]) -> Option<Self> {
         let number = |i: usize| u32::from_le_bytes(word(bytes, i));
         if bytes.len() < HEADER || bytes[0] != 0 || bytes[1] == 0 {
@@ -51,7 +52,7 @@ impl Header {
 /// Header of a section.
 struct Section {
     count: u64,
-    /// Splats of a full bucket, and such buckets.
+    /// Splats of a full bucket, and number of full buckets.
     capacity: u64,
     full: u64,
     /// Buckets with a length of their own.
@@ -64,7 +65,7 @@ struct Section {
     /// Sizes of a bucket's centre, and of a splat \[bytes\].
     center: u64,
     size: u64,
-    /// Splats that there is room for.
+    /// Number of splats that there is space for.
     room: u64,
 }
 
@@ -93,23 +94,24 @@ impl Section {
         })
     }
 
-    /// Length of its lists of buckets, and of all its data \[bytes\]; numbers of 32 bits cannot overflow here.
+    /// Length of its lists of buckets, and of all its data \[bytes\]; 32-bit fields cannot overflow 64 bits
+    /// here.
     fn lengths(&self) -> [u64; 2] {
         let lists = 4 * self.partial + self.center * self.buckets;
         [lists, lists + self.size * self.room.max(self.count)]
     }
 }
 
-/// Whether bytes begin such a file of a length \[bytes\].
+/// Whether bytes begin such a file of `length` bytes.
 pub(super) fn is_ksplat(start: &[u8], length: u64) -> bool {
-    let Some(header) = Header::parse(start) else { return false };
+    let Some(header) = KsplatHeader::parse(start) else { return false };
     let Some(bytes) = start.get(HEADER..HEADER + SECTION) else { return false };
     let fits = |section: Section| header.start() + section.lengths()[1] <= length;
     Section::parse(bytes, header.level).is_ok_and(fits)
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
-    let Some(header) = Header::parse(bytes) else {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
+    let Some(header) = KsplatHeader::parse(bytes) else {
         return Err(("the header is not that of a .ksplat 0.1".to_owned(), DAMAGED));
     };
     Limit::Splats.grown(0, header.count)?;
@@ -130,7 +132,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
         let message = format!("the file ends in its sections: {have} of {all} bytes");
         return Err((message, DAMAGED));
     }
-    let mut cloud = Cloud::with_room(count)?;
+    let mut cloud = SplatCloud::with_room(count)?;
     let mut degree = 0;
     for (i, section) in sections.iter().enumerate() {
         let [lists, all] = section.lengths().map(|length| length as usize);
@@ -152,15 +154,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     Ok(cloud.finish())
 }
 
-/// Centres of buckets, by the splats in them.
+/// Bucket centres by splat.
 struct Buckets<'a> {
     centers: &'a [u8],
     stride: usize,
     capacity: u64,
     full: u64,
-    /// First splats of the buckets behind the full ones, and the end of the last.
+    /// Index of the first splat of each bucket after the full ones, and the end of the last.
     firsts: Vec<u64>,
-    /// Whether positions are relative to them.
+    /// Whether positions are relative to centres.
     counts: bool,
 }
 
@@ -200,7 +202,7 @@ impl<'a> Buckets<'a> {
     }
 }
 
-/// Center, deviations, rotation w x y z, and bytes rgba.
+/// A record: centre, deviations, rotation w x y z, and bytes rgba.
 fn splat(record: &[u8], level: u16, base: Vec3, section: &Section) -> Gaussian {
     let short = |i: usize| u16::from_le_bytes([record[2 * i], record[2 * i + 1]]);
     let number = |i: usize| {

@@ -2,16 +2,18 @@
 //!
 //! | file | coordinates | opacity | scale |
 //! |---|---|---|---|
-//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | as they are: the format has none | logit | logarithm |
-//! | `.compressed.ply` (`PlayCanvas`) | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
-//! | `.splat` | as they are | 8 bits | plain |
+//! | `.ply` of 3D Gaussian splatting (Kerbl et al. 2023) | unchanged (not specified) | logit | logarithm |
+//! | `.compressed.ply` (`PlayCanvas`) | unchanged, like its source `.ply` | 8 bits | logarithm |
+//! | `.splat` | unchanged | 8 bits | plain |
 //! | `.spz` 1 to 4 (Niantic) | x right, y up, z back, as here | 8 bits | logarithm |
-//! | `.sog` 2 (`PlayCanvas`), its folder, and its levels | as they are, like the `.ply` that it was made from | 8 bits | logarithm |
-//! | `.ksplat` 0.1 (mkkellogg) | as they are | 8 bits | plain |
+//! | `.sog` 2 (`PlayCanvas`), folders, levels | unchanged, like its source `.ply` | 8 bits | logarithm |
+//! | `.ksplat` 0.1 (mkkellogg) | unchanged | 8 bits | plain |
 //! | `KHR_gaussian_splatting` in glTF | glTF's, as here | plain | plain; logarithm in drafts |
-//! | `.ply` of volumetric primitives (Condor et al. 2024) | as they are | extinction | logarithm |
+//! | `.ply` of volumetric primitives (Condor et al. 2024) | unchanged | extinction | logarithm |
 mod bare;
 mod cloud;
+mod clusters;
+mod harmonics;
 mod kind;
 mod ksplat;
 mod packed;
@@ -22,85 +24,113 @@ mod sog_levels;
 mod sog_store;
 mod spz;
 mod write_ply;
+mod write_sog;
 mod write_spz;
 
 pub(super) use cloud::HARMONIC;
-pub use cloud::{Cloud, Fault, valid};
-pub use kind::Kind;
+pub use cloud::{SplatCloud, valid};
+pub use harmonics::Harmonics;
+pub use kind::SplatKind;
 pub(super) use place::placed;
 pub(super) use spz::Spz;
 pub use write_ply::to_ply;
+pub use write_sog::to_sog;
 pub use write_spz::to_spz;
 
+use crate::error::Fault;
 use sog_store::{Store, file_name};
 use std::path::{Path, PathBuf};
 
-/// Kind of splats in a file of a length \[bytes\], by its start; `None` if they are none, or glTF.
-pub fn kind_of(start: &[u8], length: u64) -> Option<Kind> {
+/// Kind of splats in a file of `length` bytes, by its first bytes; `None` if it has none, or is glTF.
+pub fn kind_of(start: &[u8], length: u64) -> Option<SplatKind> {
     if start.starts_with(b"ply") {
         return ply::kind_of(start);
     }
     if spz::is_spz(start) {
-        return Some(Kind::Spz);
+        return Some(SplatKind::Spz);
     }
     if start.starts_with(b"PK\x03\x04") {
-        // The name of the first file: a zip of another program's begins with a scene.
+        // The name of the first file: archives of USD begin with a scene.
         let name = String::from_utf8_lossy(start.get(30..start.len().min(300)).unwrap_or_default());
-        return (!name.contains(".usd")).then_some(Kind::Sog);
+        return (!name.contains(".usd")).then_some(SplatKind::Sog);
     }
     if start.trim_ascii_start().starts_with(b"{") {
         return kind_of_json(start);
     }
     if ksplat::is_ksplat(start, length) {
-        return Some(Kind::Ksplat);
+        return Some(SplatKind::Ksplat);
     }
     // A file without a header is also recognised by its length.
-    (bare::is_whole(length) && bare::is_bare(start)).then_some(Kind::Bare)
+    (bare::is_whole(length) && bare::is_bare(start)).then_some(SplatKind::Bare)
 }
 
-/// Keys of the two kinds of `meta.json`, all of which are near its start.
+/// Keys of the two kinds of `meta.json`, all near its beginning.
 const LEVELS: [&str; 2] = ["\"lodLevels\"", "\"filenames\""];
 const IMAGES: [&str; 3] = ["\"means\"", "\"scales\"", "\"files\""];
 
-fn kind_of_json(start: &[u8]) -> Option<Kind> {
+fn kind_of_json(start: &[u8]) -> Option<SplatKind> {
     let text = String::from_utf8_lossy(start);
     let has = |keys: &[&str]| keys.iter().all(|key| text.contains(key));
     if has(&LEVELS) {
-        return Some(Kind::SogLevels);
+        return Some(SplatKind::SogLevels);
     }
-    has(&IMAGES).then_some(Kind::SogFolder)
+    has(&IMAGES).then_some(SplatKind::SogFolder)
 }
 
-/// Reads the bytes of a file of a kind. `path`: of the file, beside which the others of a SOG are. `lod`: the level of
-/// detail, of a file that has some.
-pub fn read_kind(kind: Kind, path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Cloud, Fault> {
-    if lod.is_some() && kind != Kind::SogLevels {
+/// Reads the bytes of a file of a kind. `path`: of the file; the other files of a SOG are beside it. `lod`:
+/// the level of detail, in a file with several.
+pub fn read_kind(
+    kind: SplatKind,
+    path: &Path,
+    bytes: &[u8],
+    lod: Option<u32>,
+) -> Result<SplatCloud, Fault> {
+    if lod.is_some() && kind != SplatKind::SogLevels {
         let help = "remove it; a streamed SOG (lod-meta.json) has levels";
         return Err(("lod of a file without levels of detail".to_owned(), help));
     }
     match kind {
-        Kind::Ply => ply::read(bytes),
-        Kind::Packed => packed::read(bytes),
-        Kind::Bare => bare::read(bytes),
-        Kind::Spz => spz::read(bytes),
-        Kind::Sog => sog::read(&mut Store::zip(bytes)?, sog::META),
-        Kind::SogFolder => sog::read(&mut Store::folder(folder(path)), &file_name(path)),
-        Kind::SogLevels => sog_levels::read(path, bytes, lod),
-        Kind::Ksplat => ksplat::read(bytes),
+        SplatKind::Ply => ply::read(bytes),
+        SplatKind::Packed => packed::read(bytes),
+        SplatKind::Bare => bare::read(bytes),
+        SplatKind::Spz => spz::read(bytes),
+        SplatKind::Sog => sog::read(&mut Store::zip(bytes)?, sog::META),
+        SplatKind::SogFolder => sog::read(&mut Store::folder(folder(path)), &file_name(path)),
+        SplatKind::SogLevels => sog_levels::read(path, bytes, lod),
+        SplatKind::Ksplat => ksplat::read(bytes),
     }
 }
 
+/// Reads the higher harmonics of a file, a row for each of its rows. `None` if gobo does not keep those of
+/// the kind.
+pub(crate) fn read_harmonics(
+    kind: SplatKind,
+    path: &Path,
+    bytes: &[u8],
+) -> Result<Option<Harmonics>, Fault> {
+    let read = match kind {
+        SplatKind::Ply => ply::harmonics(bytes),
+        SplatKind::Packed => packed::harmonics(bytes),
+        SplatKind::Bare => Ok(Harmonics::default()),
+        SplatKind::Spz => Spz::open_whole(bytes)?.all_harmonics(),
+        SplatKind::Sog => sog::harmonics(&mut Store::zip(bytes)?, sog::META),
+        SplatKind::SogFolder => sog::harmonics(&mut Store::folder(folder(path)), &file_name(path)),
+        SplatKind::SogLevels | SplatKind::Ksplat => return Ok(None),
+    };
+    read.map(Some)
+}
+
 /// Files beside one of a kind that are read with it.
-pub(super) fn files(kind: Kind, path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>, Fault> {
+pub(super) fn files(kind: SplatKind, path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>, Fault> {
     match kind {
-        Kind::SogFolder => {
+        SplatKind::SogFolder => {
             let folder = folder(path);
             sog::images(folder, &file_name(path))?
                 .iter()
                 .map(|name| sog_store::path_in(folder, name))
                 .collect()
         }
-        Kind::SogLevels => sog_levels::files(path, bytes),
+        SplatKind::SogLevels => sog_levels::files(path, bytes),
         _ => Ok(Vec::new()),
     }
 }

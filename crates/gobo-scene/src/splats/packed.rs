@@ -1,16 +1,20 @@
 //! Compressed PLY of `PlayCanvas`: chunks of 256 splats with the bounds of their numbers, four words a splat.
 use super::{
-    cloud::{Cloud, Fault},
-    ply::table,
+    cloud::SplatCloud,
+    harmonics::Harmonics,
+    ply::{rest, table},
 };
-use crate::{ply_body::Body, ply_header};
+use crate::{error::Fault, ply_body::PlyBody, ply_header};
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
 
-/// Splats of a chunk.
+/// Range of a coefficient of higher harmonics, -4 to 4.
+const SH_RANGE: f32 = 8.0;
+
+/// Splats per chunk.
 const CHUNK: usize = 256;
 
-/// Columns of the bounds of a chunk: of centres, logarithms of deviations, colours.
+/// Columns of a chunk's bounds: of centres, logarithms of deviations, colours.
 const BOUNDS: [[&str; 6]; 3] = [
     ["min_x", "min_y", "min_z", "max_x", "max_y", "max_z"],
     ["min_scale_x", "min_scale_y", "min_scale_z", "max_scale_x", "max_scale_y", "max_scale_z"],
@@ -19,12 +23,12 @@ const BOUNDS: [[&str; 6]; 3] = [
 
 const WORDS: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
 
-/// Bounds of a chunk: least and largest of centres, logarithms of deviations and colours.
+/// Bounds of a chunk: minima and maxima of centres, logarithms of deviations, and colours.
 type Chunk = [[Vec3; 2]; 3];
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let header = ply_header::parse(bytes)?;
-    let mut body = Body::new(&header, bytes);
+    let mut body = PlyBody::new(&header, bytes);
     let mut chunks: Vec<Chunk> = Vec::new();
     let mut cloud = None;
     let mut harmonics = 0;
@@ -56,7 +60,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
             }
             "vertex" => {
                 let words = table(element, &WORDS)?;
-                let mut splats = Cloud::with_room(element.count as u64)?;
+                let mut splats = SplatCloud::with_room(element.count as u64)?;
                 let read = |index: usize, row: &[f64]| {
                     let chunk = chunks.get(index / CHUNK).ok_or_else(|| {
                         let message = format!(
@@ -92,14 +96,31 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     Ok(cloud.finish())
 }
 
+/// Coefficients of higher harmonics, the element `sh`: bytes of -4 to 4.
+pub(super) fn harmonics(bytes: &[u8]) -> Result<Harmonics, Fault> {
+    let header = ply_header::parse(bytes)?;
+    let mut body = PlyBody::new(&header, bytes);
+    for element in &header.elements {
+        body.check_count(element)?;
+        if element.name == "sh" {
+            return rest(&mut body, element, |byte| {
+                let share = if byte <= 0.0 { 0.0 } else { ((byte as f32 + 0.5) / 256.0).min(1.0) };
+                (if byte >= 255.0 { 1.0 } else { share } - 0.5) * SH_RANGE
+            });
+        }
+        body.skip(element)?;
+    }
+    Ok(Harmonics::default())
+}
+
 /// The `bits` of `word` from `shift` on as a share of their largest.
 fn share(word: u32, shift: u32, bits: u32) -> f32 {
     let most = (1 << bits) - 1;
     (word >> shift & most) as f32 / most as f32
 }
 
-/// Words of the centre (11, 10, 11 bits from the top), rotation (index of the largest part of w x y z, and
-/// the others), deviations (as the centre), colour and opacity (8 bits each from the top).
+/// Decodes the words of the centre (11, 10, 11 bits from the top), rotation (index of the largest part of w x
+/// y z, and the others), deviations (as the centre), colour and opacity (8 bits each from the top).
 fn splat(chunk: &Chunk, [position, rotation, scale, color]: [u32; 4]) -> Gaussian {
     let vector = |word| Vec3::new(share(word, 21, 11), share(word, 11, 10), share(word, 0, 11));
     let within = |[least, most]: [Vec3; 2], share: Vec3| least + (most - least) * share;
@@ -117,7 +138,7 @@ fn splat(chunk: &Chunk, [position, rotation, scale, color]: [u32; 4]) -> Gaussia
     }
 }
 
-/// A unit quaternion without its largest part, number `largest` of w x y z.
+/// A unit quaternion from the parts without its largest, number `largest` of w x y z.
 pub(super) fn smallest_three(parts: [f32; 3], largest: usize) -> Quat {
     let sum: f32 = parts.iter().map(|part| part * part).sum();
     let mut rest = parts.into_iter();

@@ -2,11 +2,11 @@
 use glam::{DMat3, DQuat, DVec3, Mat4};
 use gobo::model::Gaussian;
 
-/// Rotations of all three pairs of columns in turn; columns of 3 x 3 matrices are orthogonal to rounding
+/// Each sweep rotates all three pairs of columns; columns of 3 x 3 matrices are orthogonal up to rounding
 /// after five or six.
 const SWEEPS: usize = 8;
 
-/// The splat under `world`, any affine map: a Gaussian remains one.
+/// The splat under an affine map `world`: a Gaussian stays a Gaussian.
 pub(crate) fn placed(splat: &Gaussian, world: &Mat4) -> Gaussian {
     let axes =
         DMat3::from_quat(splat.rotation.as_dquat()) * DMat3::from_diagonal(splat.sigma.as_dvec3());
@@ -19,8 +19,9 @@ pub(crate) fn placed(splat: &Gaussian, world: &Mat4) -> Gaussian {
     }
 }
 
-/// Rotation and deviations of the Gaussian that `axes` makes of the unit one: its singular vectors and values
-/// (one-sided Jacobi: Hestenes 1958), which keep the thin axis of a needle exact where the covariance loses it.
+/// Rotation and deviations of the unit Gaussian under `axes`: the matrix's singular vectors and values
+/// (one-sided Jacobi: Hestenes 1958), which keep the thin axis of a needle exact where the covariance loses
+/// it.
 fn principal_axes(axes: DMat3) -> (DQuat, DVec3) {
     let mut columns = [axes.x_axis, axes.y_axis, axes.z_axis];
     for _ in 0..SWEEPS {
@@ -38,7 +39,7 @@ fn principal_axes(axes: DMat3) -> (DQuat, DVec3) {
         }
     }
     let sigma = DVec3::from_array(columns.map(DVec3::length));
-    // The two longest axes give the third, which may be short of any direction.
+    // The third axis is the cross product of the two longest: it may be too short to have a direction.
     let mut order = [0, 1, 2];
     order.sort_by(|&a: &usize, &b| sigma[b].total_cmp(&sigma[a]));
     let longest = columns[order[0]].normalize_or(DVec3::X);
@@ -79,7 +80,7 @@ mod tests {
             let far = (covariance(&placed) - wanted).to_cols_array();
             let size =
                 wanted.to_cols_array().iter().fold(0.0, |most: f64, part| most.max(part.abs()));
-            // Rounding of a rotation and deviations in 32 bits.
+            // Rounding of a rotation and deviations to 32 bits.
             assert!(far.iter().all(|part| part.abs() < 1e-6 * size), "{scale}: {far:?} of {size}");
             assert_eq!(placed.center, world.transform_point3(splat.center));
         }

@@ -1,13 +1,14 @@
 //! PLY with a row per splat: 3D Gaussian splatting (Kerbl et al. 2023) and volumetric primitives (Condor et
 //! al. 2024).
 use super::{
-    cloud::{Cloud, Fault, HARMONIC},
-    kind::Kind,
+    cloud::{HARMONIC, SplatCloud},
+    harmonics::{Harmonics, degree_of},
+    kind::SplatKind,
 };
 use crate::{
-    error::quoted,
-    ply_body::{Body, Table},
-    ply_header::{self, Element},
+    error::{Fault, quoted},
+    ply_body::{ElementTable, PlyBody},
+    ply_header::{self, Element, Property},
 };
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
@@ -22,12 +23,12 @@ const MEDIUM: [&str; 4] = ["sigma_t_0", "albedo_0", "albedo_1", "albedo_2"];
 /// Column that distinguishes compressed splats from others.
 const PACKED: &str = "packed_position";
 
-/// The `columns` among the properties of `element`, all of which must be there.
-pub(super) fn table(element: &Element, columns: &[&str]) -> Result<Table, Fault> {
+/// Table of `columns` in the properties of `element`, all of which are required.
+pub(super) fn table(element: &Element, columns: &[&str]) -> Result<ElementTable, Fault> {
     let mut of_properties = vec![None; element.properties.len()];
     for (i, name) in columns.iter().enumerate() {
         let property = element.properties.iter().position(|property| {
-            property.name == *name && matches!(property.kind, ply_header::Kind::One(_))
+            property.name == *name && matches!(property.kind, ply_header::PropertyKind::One(_))
         });
         let Some(property) = property else {
             let message = format!("splats without a column {}", quoted(name));
@@ -35,23 +36,23 @@ pub(super) fn table(element: &Element, columns: &[&str]) -> Result<Table, Fault>
         };
         of_properties[property] = Some(i);
     }
-    Ok(Table { columns: of_properties, width: columns.len() })
+    Ok(ElementTable { columns: of_properties, width: columns.len() })
 }
 
-/// Kind of splats that a header has columns of.
-pub(super) fn kind_of(bytes: &[u8]) -> Option<Kind> {
+/// Kind of splats by the columns of a header.
+pub(super) fn kind_of(bytes: &[u8]) -> Option<SplatKind> {
     let header = ply_header::parse(bytes).ok()?;
     let vertex = header.elements.iter().find(|element| element.name == "vertex")?;
     let has = |name: &str| vertex.properties.iter().any(|property| property.name == name);
     if has(PACKED) {
-        return Some(Kind::Packed);
+        return Some(SplatKind::Packed);
     }
-    ["scale_0", "rot_0", "f_dc_0"].into_iter().any(has).then_some(Kind::Ply)
+    ["scale_0", "rot_0", "f_dc_0"].into_iter().any(has).then_some(SplatKind::Ply)
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let header = ply_header::parse(bytes)?;
-    let mut body = Body::new(&header, bytes);
+    let mut body = PlyBody::new(&header, bytes);
     let mut cloud = None;
     let mut notes = Vec::new();
     for element in &header.elements {
@@ -78,11 +79,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     Ok(cloud.finish())
 }
 
-fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
+fn vertices(body: &mut PlyBody<'_>, element: &Element) -> Result<SplatCloud, Fault> {
     let is_medium = element.properties.iter().any(|property| property.name == MEDIUM[0]);
     let names = [&SHAPE[..], if is_medium { &MEDIUM } else { &SPLAT }].concat();
     let columns = table(element, &names)?;
-    let mut cloud = Cloud::with_room(element.count as u64)?;
+    let mut cloud = SplatCloud::with_room(element.count as u64)?;
     let mut densest = 0.0_f32;
     let read = |_: usize, row: &[f64]| {
         let number = |i: usize| row[i] as f32;
@@ -100,7 +101,7 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
         Gaussian { center: vector(0), rotation, sigma, opacity, color, ..Gaussian::default() }
     };
     if is_medium {
-        // Opacities are shares of the largest extinction, which is known at the end.
+        // Opacities are shares of the largest extinction, known at the end.
         let mut all = Vec::new();
         let help = "use a smaller file, or a machine with more memory";
         all.try_reserve_exact(element.count)
@@ -135,6 +136,45 @@ fn vertices(body: &mut Body<'_>, element: &Element) -> Result<Cloud, Fault> {
     let rest = element.properties.iter().filter(|property| property.name.starts_with("f_rest_"));
     cloud.leave_out_harmonics(rest.count() / 3);
     Ok(cloud)
+}
+
+/// Coefficients of higher harmonics, the columns `f_rest_*`: those of red first, then green, then blue.
+pub(super) fn harmonics(bytes: &[u8]) -> Result<Harmonics, Fault> {
+    let header = ply_header::parse(bytes)?;
+    let mut body = PlyBody::new(&header, bytes);
+    for element in &header.elements {
+        body.check_count(element)?;
+        if element.name == "vertex" {
+            return rest(&mut body, element, |number| number as f32);
+        }
+        body.skip(element)?;
+    }
+    Ok(Harmonics::default())
+}
+
+/// The columns `f_rest_*` of an element; `coefficient`: of a column's number.
+pub(super) fn rest(
+    body: &mut PlyBody<'_>,
+    element: &Element,
+    coefficient: impl Fn(f64) -> f32 + Sync,
+) -> Result<Harmonics, Fault> {
+    let is_rest = |property: &&Property| property.name.starts_with("f_rest_");
+    let columns = element.properties.iter().filter(is_rest).count();
+    if !columns.is_multiple_of(3) || degree_of(columns / 3).is_none() {
+        let message =
+            format!("{columns} columns f_rest_*: harmonics of a degree have 9, 24, 45 or 72");
+        return Err((message, "write all coefficients of a degree"));
+    }
+    let names: Vec<String> = (0..columns).map(|i| format!("f_rest_{i}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let table = table(element, &names)?;
+    let mut harmonics = Harmonics::with_room(columns / 3, element.count as u64)?;
+    let read = |_: usize, row: &[f64]| row.iter().map(|&number| coefficient(number)).collect();
+    body.rows(element, &table, read, |row: Vec<f32>| {
+        harmonics.push_channels(|i| row[i]);
+        Ok(())
+    })?;
+    Ok(harmonics)
 }
 
 fn sigmoid(logit: f32) -> f32 {

@@ -1,10 +1,16 @@
-//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a folder.
+//! SOG version 2 (`PlayCanvas`): lossless images with a texel per splat, and `meta.json`, in a zip or in a
+//! folder.
 use super::{
-    cloud::{Cloud, Fault, HARMONIC},
+    cloud::{HARMONIC, SplatCloud},
+    harmonics::Harmonics,
     packed::smallest_three,
     sog_store::Store,
 };
-use crate::{error::quoted, images, limits, limits::Limit};
+use crate::{
+    error::{Fault, quoted},
+    images, limits,
+    limits::Limit,
+};
 use glam::Vec3;
 use gobo::model::Gaussian;
 use image::RgbaImage;
@@ -22,14 +28,14 @@ const MAX_SIDE: u32 = 8192;
 /// Longest `meta.json` \[bytes\].
 const MAX_META: u64 = 1 << 20;
 
-/// Longest compressed image: more than the texels of the most splats need \[bytes\].
+/// Longest compressed image \[bytes\]: more than the largest number of splats needs.
 const MAX_IMAGE: u64 = 1 << 28;
 
 /// Alpha of a rotation whose largest part is w; x, y and z follow.
 const FIRST_MODE: u8 = 252;
 
 #[derive(Deserialize)]
-struct Meta {
+struct SogMeta {
     count: u64,
     means: Means,
     scales: Coded,
@@ -62,24 +68,31 @@ struct Files<const N: usize> {
 struct Higher {
     bands: usize,
     #[serde(default)]
+    count: u64,
+    #[serde(default)]
+    codebook: Vec<f32>,
+    #[serde(default)]
     files: Vec<String>,
 }
 
-/// The splats of a SOG, decoded as they are asked for.
+/// Entries of the palette of higher harmonics side by side in its image.
+pub(super) const PALETTE_ROW: usize = 64;
+
+/// The splats of a SOG, decoded on demand.
 pub(super) struct Sog {
     pub(super) count: u64,
     least: Vec3,
     most: Vec3,
     scale_of: [f32; 256],
     color_of: [f32; 256],
-    /// Low and high bytes of positions, scales, rotations, colours.
+    /// Images of positions' low and high bytes, scales, rotations and colours.
     images: [RgbaImage; 5],
     /// Coefficients of higher harmonics per channel.
     pub(super) harmonics: usize,
 }
 
 impl Sog {
-    /// Reads the images that a `meta.json` of this name in the store names.
+    /// Reads the images that the `meta.json` called `name` in the store lists.
     pub(super) fn open(store: &mut Store<'_>, name: &str) -> Result<Self, Fault> {
         let meta = meta(store, name)?;
         Limit::Splats.grown(0, meta.count)?;
@@ -135,10 +148,10 @@ impl Sog {
     }
 }
 
-/// Reads a store: a zip, or the folder of a `meta.json` of this name.
-pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<Cloud, Fault> {
+/// Reads a store: a zip, or the folder of a `meta.json` called `name`.
+pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<SplatCloud, Fault> {
     let sog = Sog::open(store, name)?;
-    let mut cloud = Cloud::with_room(sog.count)?;
+    let mut cloud = SplatCloud::with_room(sog.count)?;
     for i in 0..sog.count as usize {
         cloud.push(sog.splat(i)?);
     }
@@ -146,15 +159,53 @@ pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<Cloud, Fault> {
     Ok(cloud.finish())
 }
 
+/// Coefficients of higher harmonics: a label per splat, and a palette whose bytes look a codebook up.
+pub(super) fn harmonics(store: &mut Store<'_>, name: &str) -> Result<Harmonics, Fault> {
+    let SogMeta { count, higher, .. } = meta(store, name)?;
+    let Some(Higher { bands, count: entries, codebook, files }) = higher else {
+        return Ok(Harmonics::default());
+    };
+    let [palette, labels] = &files[..] else {
+        return Err((format!("meta.json: shN names {} images, not 2", files.len()), DAMAGED));
+    };
+    let book = <[f32; 256]>::try_from(codebook)
+        .map_err(|_| ("meta.json: the codebook of shN has not 256 numbers".to_owned(), DAMAGED))?;
+    if !(1..=4).contains(&bands) || entries > 1 << 16 {
+        let message = format!("meta.json: shN has {bands} bands and {entries} entries");
+        return Err((message, DAMAGED));
+    }
+    let mut all = Harmonics::with_room((bands + 1).pow(2) - 1, count)?;
+    let (per_splat, mut texels) = (all.count, 0);
+    let palette = image(store, palette, entries * per_splat as u64, &mut texels)?;
+    let (width, rows) = (palette.width() as usize, (entries as usize).div_ceil(PALETTE_ROW));
+    if width < PALETTE_ROW * per_splat || (palette.height() as usize) < rows {
+        let message = format!("the palette of shN has {width} x {} texels", palette.height());
+        return Err((message, DAMAGED));
+    }
+    let labels = image(store, labels, count, &mut texels)?;
+    for i in 0..count as usize {
+        let [low, high, ..] = texel(&labels, i);
+        let label = usize::from(u16::from_le_bytes([low, high]));
+        if label as u64 >= entries {
+            let message = format!("splat {}: entry {label} of {entries} of shN", i + 1);
+            return Err((message, DAMAGED));
+        }
+        let first = label / PALETTE_ROW * width + label % PALETTE_ROW * per_splat;
+        let of = |k: usize| looked_up(&book, texel(&palette, first + k)).to_array();
+        all.coefficients.extend((0..per_splat).map(of));
+    }
+    Ok(all)
+}
+
 /// Names of the images beside a `meta.json`.
 pub(super) fn images(folder: &Path, name: &str) -> Result<Vec<String>, Fault> {
-    let Meta { means, scales, quats, sh0, higher, .. } = meta(&mut Store::folder(folder), name)?;
+    let SogMeta { means, scales, quats, sh0, higher, .. } = meta(&mut Store::folder(folder), name)?;
     let higher = higher.map(|higher| higher.files).unwrap_or_default();
     let plain = [scales.files, quats.files, sh0.files].concat();
     Ok(means.files.into_iter().chain(plain).chain(higher).collect())
 }
 
-fn meta(store: &mut Store<'_>, name: &str) -> Result<Meta, Fault> {
+fn meta(store: &mut Store<'_>, name: &str) -> Result<SogMeta, Fault> {
     let meta = store.member(name, MAX_META)?;
     let version: serde_json::Value = serde_json::from_slice(&meta)
         .map_err(|error| (format!("meta.json: not valid JSON: {error}"), DAMAGED))?;

@@ -1,11 +1,14 @@
-//! Streamed SOG version 1 (`PlayCanvas`): `lod-meta.json` names folders of SOG, in whose order splats of a region are
-//! together, at several levels of detail. Level 0 is the finest.
+//! Streamed SOG version 1 (`PlayCanvas`): `lod-meta.json` names folders of SOG. Each stores the splats of a
+//! region together, at several levels of detail; level 0 is the finest.
 use super::{
-    cloud::{Cloud, Fault},
+    cloud::SplatCloud,
     sog::{self, DAMAGED, Sog},
     sog_store::{Store, file_name, path_in},
 };
-use crate::{error::quoted, limits::Limit};
+use crate::{
+    error::{Fault, quoted},
+    limits::Limit,
+};
 use serde::Deserialize;
 use std::{
     collections::BTreeMap,
@@ -13,32 +16,32 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Most splats that are read without being asked for: the finest level that has no more is taken.
+/// Most splats that are read by default: the finest level within it is chosen.
 const BUDGET: u64 = 4_000_000;
 
 /// Most nodes of the tree.
 const MAX_NODES: u64 = 1 << 20;
 
 #[derive(Deserialize)]
-struct Meta {
+struct LevelsMeta {
     #[serde(rename = "lodLevels")]
     levels: u32,
-    /// `meta.json` of splats around the scene that have no levels.
+    /// `meta.json` of splats around the scene without levels.
     environment: Option<String>,
     filenames: Vec<String>,
-    tree: Node,
+    tree: LevelNode,
 }
 
 #[derive(Deserialize)]
-struct Node {
+struct LevelNode {
     #[serde(default)]
     children: Vec<Self>,
-    /// By level.
+    /// Runs by level.
     #[serde(default)]
     lods: BTreeMap<u32, Run>,
 }
 
-/// Splats of a region and a level: a run of those of a file.
+/// Splats of a region at a level: consecutive ones of a file.
 #[derive(Clone, Copy, Deserialize)]
 struct Run {
     file: usize,
@@ -46,7 +49,7 @@ struct Run {
     count: u64,
 }
 
-/// Runs of each level, and the number of regions that have none.
+/// Runs of each level, and the number of regions without any.
 struct Levels {
     runs: Vec<Vec<Run>>,
     regions: usize,
@@ -57,7 +60,7 @@ impl Levels {
         self.runs[level].iter().fold(0, |sum, run| sum.saturating_add(run.count))
     }
 
-    fn add(&mut self, node: &Node, nodes: &mut u64) -> Result<(), Fault> {
+    fn add(&mut self, node: &LevelNode, nodes: &mut u64) -> Result<(), Fault> {
         *nodes += 1;
         if *nodes > MAX_NODES {
             return Err((format!("the tree has more than {MAX_NODES} nodes"), DAMAGED));
@@ -74,10 +77,10 @@ impl Levels {
     }
 }
 
-fn meta(bytes: &[u8]) -> Result<(Meta, Levels), Fault> {
+fn meta(bytes: &[u8]) -> Result<(LevelsMeta, Levels), Fault> {
     let json = |error| (format!("not a valid lod-meta.json: {error}"), DAMAGED);
     // The parser refuses deep trees.
-    let meta: Meta = serde_json::from_slice(bytes).map_err(json)?;
+    let meta: LevelsMeta = serde_json::from_slice(bytes).map_err(json)?;
     if meta.levels == 0 || meta.levels > 64 {
         return Err((format!("{} levels of detail, not 1 to 64", meta.levels), DAMAGED));
     }
@@ -86,9 +89,9 @@ fn meta(bytes: &[u8]) -> Result<(Meta, Levels), Fault> {
     Ok((meta, levels))
 }
 
-/// Reads a level; `None`: the finest of at most [`BUDGET`] splats, or else the coarsest. `path`: of the
-/// `lod-meta.json`, whose bytes are given.
-pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Cloud, Fault> {
+/// Reads a level; `None`: the finest of at most [`BUDGET`] splats, or else the coarsest. `path` and `bytes`:
+/// of the `lod-meta.json`.
+pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatCloud, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (meta, levels) = meta(bytes)?;
     let last = levels.runs.len() - 1;
@@ -109,7 +112,7 @@ pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Cloud,
     let help = "give `lod` a coarser level, or write the file with one";
     let fewer = |(message, _): Fault| (format!("level {level} of 0 to {last}: {message}"), help);
     Limit::Splats.grown(count, around).map_err(fewer)?;
-    let mut cloud = Cloud::with_room(count.saturating_add(around)).map_err(fewer)?;
+    let mut cloud = SplatCloud::with_room(count.saturating_add(around)).map_err(fewer)?;
     let mut harmonics = 0;
     let mut by_file: BTreeMap<usize, Vec<Range<u64>>> = BTreeMap::new();
     for run in &levels.runs[level] {
@@ -147,14 +150,14 @@ pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Cloud,
     Ok(cloud.finish())
 }
 
-/// Opens the SOG of a `meta.json` that is named from a folder.
+/// Opens the SOG of a `meta.json` that is named relative to a folder.
 fn open(folder: &Path, name: &str) -> Result<Sog, Fault> {
     let place = path_in(folder, name)?;
     let inside = place.parent().unwrap_or(folder);
     Sog::open(&mut Store::folder(inside), &file_name(&place)).map_err(in_file(name))
 }
 
-fn push(cloud: &mut Cloud, sog: &Sog, run: Range<u64>, name: &str) -> Result<(), Fault> {
+fn push(cloud: &mut SplatCloud, sog: &Sog, run: Range<u64>, name: &str) -> Result<(), Fault> {
     run.map(|i| sog.splat(i as usize)).try_for_each(|splat| {
         cloud.push(splat.map_err(in_file(name))?);
         Ok(())
@@ -165,7 +168,7 @@ fn in_file(name: &str) -> impl Fn(Fault) -> Fault {
     move |(message, help)| (format!("{}: {message}", quoted(name)), help)
 }
 
-/// Files that a `lod-meta.json` names, of all levels.
+/// Files of all levels that a `lod-meta.json` names.
 pub(super) fn files(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (meta, _) = meta(bytes)?;

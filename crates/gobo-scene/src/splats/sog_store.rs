@@ -1,6 +1,10 @@
-//! Where the files of a SOG are: in a zip, or in a folder.
-use super::{cloud::Fault, sog::DAMAGED};
-use crate::{SceneError, error::quoted, read};
+//! Store of a SOG's files: a zip, or a folder.
+use super::sog::DAMAGED;
+use crate::{
+    SceneError,
+    error::{Fault, quoted},
+    read,
+};
 use std::{
     borrow::Cow,
     io::{Cursor, Read as _},
@@ -23,7 +27,7 @@ impl<'a> Store<'a> {
         Self::Folder(path.to_owned())
     }
 
-    /// Bytes of a file, `most` at most.
+    /// Bytes of a file, at most `most`.
     pub(super) fn member(&mut self, name: &str, most: u64) -> Result<Vec<u8>, Fault> {
         match self {
             Self::Zip(archive) => member_of_zip(archive, name, most),

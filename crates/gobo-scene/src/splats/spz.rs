@@ -1,10 +1,11 @@
-//! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream for each
+//! SPZ (Niantic): versions 1 to 3 are one gzip stream, version 4 has a plain header and a zstd stream per
 //! attribute. x is right, y up, z back.
 use super::{
-    cloud::{Cloud, Fault, HARMONIC, word},
+    cloud::{HARMONIC, SplatCloud, word},
+    harmonics::Harmonics,
     packed::smallest_three,
 };
-use crate::limits::Limit;
+use crate::{error::Fault, limits::Limit};
 use flate2::read::MultiGzDecoder;
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
@@ -18,11 +19,15 @@ const MAGIC: [u8; 4] = *b"NGSP";
 const HEADER: usize = 16;
 const HEADER_4: usize = 32;
 
-/// Length of an entry of the list of streams: compressed and plain length \[bytes\].
+/// Length of an entry in the list of streams: compressed and plain length \[bytes\].
 const ENTRY: usize = 16;
 
-/// Range of coefficients: a byte is 0.5 + this * the coefficient.
+/// Scale of coefficients: a byte stores 0.5 + this * the coefficient.
 pub(super) const COLOR_SCALE: f32 = 0.15;
+
+/// Byte of a coefficient 0 of higher harmonics, and bytes per 1.
+pub(super) const SH_ZERO: f32 = 128.0;
+pub(super) const SH_STEPS: f32 = 128.0;
 
 /// Extensions of a file are shorter than this \[bytes\].
 const MOST_BEHIND: u64 = 1 << 26;
@@ -33,16 +38,19 @@ const DAMAGED: &str = "the file is cut off or damaged: write it again";
 const NAMES: [&str; 6] =
     ["positions", "alphas", "colours", "scales", "rotations", "spherical harmonics"];
 
+/// Index of higher harmonics in [`NAMES`].
+const HIGHER: usize = 5;
+
 #[derive(Clone, Copy, Debug)]
-struct Header {
+struct SpzHeader {
     version: u32,
     count: usize,
     degree: u8,
-    /// Bits of a coordinate behind the point.
+    /// Fractional bits of a coordinate.
     fraction: u8,
 }
 
-impl Header {
+impl SpzHeader {
     fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         if bytes.len() < HEADER || bytes[..4] != MAGIC {
             return Err(("this is no SPZ file: it does not start with NGSP".to_owned(), DAMAGED));
@@ -62,7 +70,7 @@ impl Header {
         Ok(Self { version, count: count as usize, degree, fraction })
     }
 
-    /// Bytes of an attribute of a splat, by its place in [`NAMES`].
+    /// Bytes per splat of an attribute, by its index in [`NAMES`].
     fn size(self, attribute: usize) -> usize {
         let position = if self.version == 1 { 6 } else { 9 };
         let rotation = if self.version < 3 { 3 } else { 4 };
@@ -83,16 +91,25 @@ pub(super) fn is_spz(bytes: &[u8]) -> bool {
             && start == MAGIC
 }
 
-/// The splats of a file, decoded as they are asked for.
+/// The splats of a file, decoded on demand.
 pub(crate) struct Spz {
-    header: Header,
+    header: SpzHeader,
     attributes: Attributes,
 }
 
 impl Spz {
     pub(crate) fn open(bytes: &[u8]) -> Result<Self, Fault> {
-        let (header, attributes) =
-            if bytes.starts_with(&MAGIC) { streams(bytes)? } else { gzip(bytes)? };
+        Self::open_as(bytes, false)
+    }
+
+    /// With the coefficients of higher harmonics, too.
+    pub(super) fn open_whole(bytes: &[u8]) -> Result<Self, Fault> {
+        Self::open_as(bytes, true)
+    }
+
+    fn open_as(bytes: &[u8], is_whole: bool) -> Result<Self, Fault> {
+        let open = if bytes.starts_with(&MAGIC) { streams } else { gzip };
+        let (header, attributes) = open(bytes, is_whole)?;
         Ok(Self { header, attributes })
     }
 
@@ -106,7 +123,7 @@ impl Spz {
     }
 
     pub(crate) fn splat(&self, i: usize) -> Gaussian {
-        let [positions, alphas, colors, scales, rotations] = &self.attributes;
+        let [positions, alphas, colors, scales, rotations, _] = &self.attributes;
         let three = |bytes: &[u8]| Vec3::from_array([0, 1, 2].map(|k| bytes[3 * i + k].into()));
         let coefficient = (three(colors) / 255.0 - Vec3::splat(0.5)) / COLOR_SCALE;
         Gaussian {
@@ -120,9 +137,20 @@ impl Spz {
     }
 }
 
-pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
+impl Spz {
+    /// Coefficients of all splats of a file that was opened whole.
+    pub(super) fn all_harmonics(&self) -> Result<Harmonics, Fault> {
+        let mut all = Harmonics::with_room(self.harmonics(), self.count() as u64)?;
+        let plain = |byte: u8| (f32::from(byte) - SH_ZERO) / SH_STEPS;
+        let triples = self.attributes[HIGHER].as_chunks::<3>().0;
+        all.coefficients.extend(triples.iter().map(|rgb| rgb.map(plain)));
+        Ok(all)
+    }
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let file = Spz::open(bytes)?;
-    let mut cloud = Cloud::with_room(file.count() as u64)?;
+    let mut cloud = SplatCloud::with_room(file.count() as u64)?;
     for i in 0..file.count() {
         cloud.push(file.splat(i));
     }
@@ -130,7 +158,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Cloud, Fault> {
     Ok(cloud.finish())
 }
 
-fn position(header: Header, bytes: &[u8], i: usize) -> Vec3 {
+fn position(header: SpzHeader, bytes: &[u8], i: usize) -> Vec3 {
     let part = |k: usize| {
         if header.version == 1 {
             let start = 6 * i + 2 * k;
@@ -143,14 +171,14 @@ fn position(header: Header, bytes: &[u8], i: usize) -> Vec3 {
     Vec3::from_array([0, 1, 2].map(part))
 }
 
-fn rotation(header: Header, bytes: &[u8], i: usize) -> Quat {
+fn rotation(header: SpzHeader, bytes: &[u8], i: usize) -> Quat {
     if header.version < 3 {
         let [x, y, z] = [0, 1, 2].map(|k| f32::from(bytes[3 * i + k]) / 127.5 - 1.0);
         let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();
         return Quat::from_xyzw(x, y, z, w);
     }
-    // From the top: index of the largest part of x y z w, then the others, each a sign and nine bits; the last of
-    // them is the lowest.
+    // From the top: index of the largest part of x y z w, then the others, a sign and nine bits each, the
+    // last one lowest.
     let packed = u32::from_le_bytes(word(bytes, i));
     let part = |shift: u32| {
         let size = (packed >> shift & 511) as f32 / 511.0 * std::f32::consts::FRAC_1_SQRT_2;
@@ -161,7 +189,8 @@ fn rotation(header: Header, bytes: &[u8], i: usize) -> Quat {
     Quat::from_xyzw(q.w, q.x, q.y, q.z)
 }
 
-type Attributes = [Vec<u8>; 5];
+/// Bytes of each attribute; none of harmonics unless the file is opened whole.
+type Attributes = [Vec<u8>; 6];
 
 /// Reads exactly `length` bytes.
 fn exactly(from: &mut impl Read, length: usize, name: &str) -> Result<Vec<u8>, Fault> {
@@ -174,7 +203,7 @@ fn exactly(from: &mut impl Read, length: usize, name: &str) -> Result<Vec<u8>, F
     Err((format!("the file ends in the {name}: {} of {length} bytes", bytes.len()), DAMAGED))
 }
 
-/// Reads and forgets exactly `length` bytes.
+/// Skips exactly `length` bytes.
 fn pass(from: &mut impl Read, length: usize, name: &str) -> Result<(), Fault> {
     let passed = io::copy(&mut from.take(length as u64), &mut io::sink())
         .map_err(|error| (format!("the {name} cannot be read: {error}"), DAMAGED))?;
@@ -185,27 +214,31 @@ fn pass(from: &mut impl Read, length: usize, name: &str) -> Result<(), Fault> {
 }
 
 /// Versions 1 to 3.
-fn gzip(bytes: &[u8]) -> Result<(Header, Attributes), Fault> {
+fn gzip(bytes: &[u8], is_whole: bool) -> Result<(SpzHeader, Attributes), Fault> {
     let mut plain = MultiGzDecoder::new(bytes);
-    let header = Header::parse(&exactly(&mut plain, HEADER, "header")?)?;
+    let header = SpzHeader::parse(&exactly(&mut plain, HEADER, "header")?)?;
     if header.version > 3 {
         let message = "is SPZ version 4 inside gzip";
         return Err((message.to_owned(), "write version 4 without gzip around it"));
     }
     let mut attributes = Attributes::default();
     for (i, attribute) in attributes.iter_mut().enumerate() {
-        *attribute = exactly(&mut plain, header.count * header.size(i), NAMES[i])?;
+        let size = header.count * header.size(i);
+        if i < HIGHER || is_whole {
+            *attribute = exactly(&mut plain, size, NAMES[i])?;
+        } else {
+            pass(&mut plain, size, NAMES[i])?;
+        }
     }
-    pass(&mut plain, header.count * header.size(5), NAMES[5])?;
-    // Extensions, and the checksum of all.
+    // Extensions, and the checksum of the whole.
     io::copy(&mut plain.take(MOST_BEHIND), &mut io::sink())
         .map_err(|error| (format!("the end of the file cannot be read: {error}"), DAMAGED))?;
     Ok((header, attributes))
 }
 
 /// Version 4.
-fn streams(bytes: &[u8]) -> Result<(Header, Attributes), Fault> {
-    let header = Header::parse(bytes)?;
+fn streams(bytes: &[u8], is_whole: bool) -> Result<(SpzHeader, Attributes), Fault> {
+    let header = SpzHeader::parse(bytes)?;
     if header.version < 4 {
         let message = format!("is SPZ version {} without gzip", header.version);
         return Err((message, "compress it by gzip, as its version says"));
@@ -241,9 +274,10 @@ fn streams(bytes: &[u8]) -> Result<(Header, Attributes), Fault> {
         }
         let bad = |error| (format!("the {name} cannot be read: {error}"), DAMAGED);
         let mut plain = StreamingDecoder::new(packed).map_err(bad)?;
-        match attributes.get_mut(i) {
-            Some(attribute) => *attribute = exactly(&mut plain, size, name)?,
-            None => pass(&mut plain, size, name)?,
+        if i < HIGHER || is_whole {
+            attributes[i] = exactly(&mut plain, size, name)?;
+        } else {
+            pass(&mut plain, size, name)?;
         }
     }
     Ok((header, attributes))

@@ -1,6 +1,6 @@
 //! Bricks of a tree's voxels: leaves with the first voxels of their neighbours, and boxes of one value.
 use super::{
-    input::Fault,
+    input::VolumeFault,
     tree::{LEAF_EDGE, LEAF_VOXELS, MOST_NODES, Tile, Tree, UPPER_EDGE},
 };
 use crate::limits::has_memory;
@@ -14,26 +14,27 @@ use std::collections::{BTreeSet, HashMap};
 #[derive(Debug, Default)]
 pub(crate) struct Bricks {
     pub(crate) bricks: Vec<Brick>,
-    /// Density of the grid per density of its bricks: a power of two, 1 unless halves could not hold its densities.
+    /// Density of the grid per density of its bricks: a power of two, 1 unless half floats could not hold its
+    /// densities.
     pub(crate) scale: f32,
-    /// Voxels and tiles whose value is below 0: they count as 0.
+    /// Number of voxels and tiles with a value below 0: they count as 0.
     pub(crate) negative: u64,
-    /// Voxels and tiles whose value is not finite: they count as 0.
+    /// Number of voxels and tiles with a value that is not finite: they count as 0.
     pub(crate) not_finite: u64,
 }
 
 /// Edges of tiles \[voxels\].
 const EDGES: [i32; 3] = [LEAF_EDGE, 128, UPPER_EDGE];
 
-/// Where the voxels of a brick's place come from.
+/// Source of a brick's voxels.
 #[derive(Clone, Copy)]
-pub(super) enum Source<'a> {
+pub(super) enum VoxelSource<'a> {
     /// Values of a leaf, z first.
     Leaf(&'a [f32]),
     Constant(f32),
 }
 
-impl Source<'_> {
+impl VoxelSource<'_> {
     pub(super) fn at(self, voxel: IVec3) -> f32 {
         match self {
             Self::Leaf(values) => values[((voxel.x * 8 + voxel.y) * 8 + voxel.z) as usize],
@@ -62,28 +63,30 @@ impl<'a> VoxelSources<'a> {
     }
 
     /// Source of the 8^3 voxels from `origin` on.
-    pub(super) fn source(&self, origin: IVec3) -> Source<'a> {
+    pub(super) fn source(&self, origin: IVec3) -> VoxelSource<'a> {
         if let Some(&leaf) = self.leaves.get(&origin) {
-            return Source::Leaf(&self.tree.values[leaf * LEAF_VOXELS..][..LEAF_VOXELS]);
+            return VoxelSource::Leaf(&self.tree.values[leaf * LEAF_VOXELS..][..LEAF_VOXELS]);
         }
         let tile =
             |&edge: &i32| self.tiles.get(&(edge, origin.div_euclid(IVec3::splat(edge)) * edge));
-        Source::Constant(EDGES.iter().find_map(tile).copied().unwrap_or(self.unset))
+        VoxelSource::Constant(EDGES.iter().find_map(tile).copied().unwrap_or(self.unset))
     }
 
     /// Sources of the 8^3 voxels from `origin` on and of their upper neighbours.
-    fn sources(&self, origin: IVec3) -> [Source<'a>; 8] {
+    fn sources(&self, origin: IVec3) -> [VoxelSource<'a>; 8] {
         std::array::from_fn(|i| {
             let upper = |axis: usize| (i >> axis & 1) as i32;
             self.source(origin + IVec3::new(upper(0), upper(1), upper(2)) * LEAF_EDGE)
         })
     }
 
-    /// The brick from `origin` on; `None` if it is 0 throughout.
+    /// The brick from `origin` on; `None` if it is 0 everywhere.
     fn brick(&self, origin: IVec3) -> Option<Brick> {
         let sources = self.sources(origin);
-        if let Source::Constant(value) = sources[0]
-            && sources.iter().all(|source| matches!(source, Source::Constant(v) if *v == value))
+        if let VoxelSource::Constant(value) = sources[0]
+            && sources
+                .iter()
+                .all(|source| matches!(source, VoxelSource::Constant(v) if *v == value))
         {
             return (value != 0.0).then(|| constant(origin, LEAF_EDGE, value));
         }
@@ -98,7 +101,7 @@ impl<'a> VoxelSources<'a> {
     }
 }
 
-fn voxels(sources: &[Source<'_>; 8]) -> Voxels {
+fn voxels(sources: &[VoxelSource<'_>; 8]) -> Voxels {
     Voxels::new(|voxel| {
         let upper = (voxel / LEAF_EDGE as u32).dot(UVec3::new(1, 2, 4));
         sources[upper as usize].at((voxel % LEAF_EDGE as u32).as_ivec3())
@@ -110,15 +113,18 @@ fn constant(origin: IVec3, edge: i32, density: f32) -> Brick {
 }
 
 impl Tree {
-    /// Bricks of all cells that have a corner above 0: also of cells whose lowest corner is in no leaf.
-    pub(crate) fn into_bricks(mut self) -> Result<Bricks, Fault> {
+    /// Bricks of all cells with a corner above 0, also of cells whose lowest corner is in no leaf.
+    pub(crate) fn into_bricks(mut self) -> Result<Bricks, VolumeFault> {
         let (scale, [negative, not_finite]) = self.make_halves();
         let step = IVec3::splat(LEAF_EDGE);
         let mut origins = BTreeSet::new();
         let mut add = |origin: IVec3| {
             if origins.len() == MOST_NODES {
                 let message = format!("its voxels need more than {MOST_NODES} bricks");
-                return Err(Fault::new(message, "resample it with larger voxels, or split it"));
+                return Err(VolumeFault::new(
+                    message,
+                    "resample it with larger voxels, or split it",
+                ));
             }
             origins.insert(origin.to_array());
             Ok(())
@@ -129,7 +135,8 @@ impl Tree {
         }
         let mut boxes = Vec::new();
         for &Tile { origin, edge, value } in &self.tiles {
-            // Within a tile a box has all cells but the last ones, whose upper corners are its neighbours'.
+            // A box holds all cells inside a tile except the last ones: their upper corners belong to
+            // neighbours.
             if edge > LEAF_EDGE {
                 boxes.push(constant(origin, edge - LEAF_EDGE, value));
             }
@@ -149,7 +156,10 @@ impl Tree {
         let bytes = origins.len() * size_of::<[u16; BRICK_VALUES]>();
         if !has_memory(bytes as u64) {
             let message = format!("no memory for {} bricks ({} MiB)", origins.len(), bytes >> 20);
-            return Err(Fault::new(message, "use a smaller grid, or a machine with more memory"));
+            return Err(VolumeFault::new(
+                message,
+                "use a smaller grid, or a machine with more memory",
+            ));
         }
         let lookup = VoxelSources::new(&self, 0.0);
         let made: Vec<_> =
@@ -162,8 +172,9 @@ impl Tree {
         Ok(Bricks { bricks, scale, negative, not_finite })
     }
 
-    /// Gives bricks with voxels the tree's temperatures, `kelvin` for a value of 1, at most what halves hold. Returns the
-    /// numbers of negative and not finite values, which count as 0.
+    /// Gives bricks with voxels the tree's temperatures, `kelvin` for the value 1, clamped to the range of
+    /// half floats. Returns the numbers of negative values and of values that are not finite; both count
+    /// as 0.
     pub(crate) fn heat(mut self, bricks: &mut [Brick], kelvin: f32) -> [u64; 2] {
         let wrong = self.clear_wrong();
         for value in self.values_mut() {
@@ -183,7 +194,7 @@ impl Tree {
         self.values.iter_mut().chain(self.tiles.iter_mut().map(|tile| &mut tile.value))
     }
 
-    /// Sets negative and not finite values to 0, and returns their numbers.
+    /// Sets negative values and values that are not finite to 0; returns their numbers.
     fn clear_wrong(&mut self) -> [u64; 2] {
         let mut wrong = [0; 2];
         for value in self.values_mut().filter(|value| !value.is_finite() || **value < 0.0) {
@@ -193,15 +204,15 @@ impl Tree {
         wrong
     }
 
-    /// Makes all values densities that halves can hold. Returns the density per value, and the numbers of negative and
-    /// not finite ones.
+    /// Scales all values to densities that half floats can hold. Returns the density per value, and the
+    /// numbers of negative values and of values that are not finite.
     fn make_halves(&mut self) -> (f32, [u64; 2]) {
         /// Densities up to here are as precise as larger ones.
         const LEAST: f32 = 1.0 / 64.0;
         let wrong = self.clear_wrong();
         let most = self.values_mut().fold(0f32, |most, value| most.max(*value));
         let fits = most == 0.0 || (LEAST..=65504.0).contains(&most);
-        // A power of two changes no value but those that are 0 beside the largest one.
+        // A power of two changes only values that vanish beside the largest one.
         let scale = if fits { 1.0 } else { most.log2().floor().max(-120.0).exp2() };
         for value in self.values_mut() {
             *value = f16::from_f32(*value / scale).to_f32();

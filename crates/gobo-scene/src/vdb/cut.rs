@@ -1,18 +1,18 @@
-//! Cutting of a tree: voxels outside are 0.
+//! Clipping of a tree: voxels outside become 0.
 use super::{
-    input::Fault,
+    input::VolumeFault,
     tree::{LEAF_EDGE, LEAF_VOXELS, LOWER_EDGE, MOST_NODES, Tile, Tree, too_many},
 };
 use glam::IVec3;
 
 impl Tree {
-    /// Keeps the voxels that `has`. `has_all` says of the voxels from a first to a last one whether it has all of them, none,
-    /// or it cannot say; tiles of which it cannot are split.
+    /// Keeps the voxels for which `has` is true. `has_all` answers for a box of voxels, given by its first
+    /// and last: all, none, or unknown; tiles with an unknown answer are split.
     pub(crate) fn cut(
         mut self,
         has: impl Fn(IVec3) -> bool,
         has_all: impl Fn(IVec3, IVec3) -> Option<bool>,
-    ) -> Result<Self, Fault> {
+    ) -> Result<Self, VolumeFault> {
         let voxel = |i: usize| IVec3::new(i as i32 / 64, i as i32 / 8 % 8, i as i32 % 8);
         for (&origin, values) in self.leaves.iter().zip(self.values.chunks_exact_mut(LEAF_VOXELS)) {
             for (i, value) in values.iter_mut().enumerate() {

@@ -1,5 +1,6 @@
-//! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"), versions 218
-//! to 225: grids of numbers, and of colours. Memory is at most some twenty times the file's size.
+//! Reading of `OpenVDB` files (Museth 2013, "VDB: High-Resolution Sparse Volumes with Dynamic Topology"),
+//! versions 218 to 225: grids of numbers, and of colours. Memory is at most about twenty times the file's
+//! size.
 mod bricks;
 mod cut;
 mod input;
@@ -10,27 +11,27 @@ mod tree;
 mod values;
 
 pub(crate) use bricks::Bricks;
-pub(crate) use input::Fault;
+pub(crate) use input::VolumeFault;
 pub(crate) use tree::{LEAF_EDGE, LEAF_VOXELS, MOST_NODES, Tile, Tree};
 
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use input::Input;
 use tree::Topology;
-use values::{Encoding, NODE_MASKS, Number, Scratch};
+use values::{Encoding, NODE_MASKS, Scratch, VdbNumber};
 
 /// A file in memory.
 #[derive(Debug)]
 pub(crate) struct Vdb {
     bytes: Vec<u8>,
     version: u32,
-    /// Whether values are packed by zlib, in versions where this is the file's.
+    /// Whether values are compressed by zlib, in versions where the file states it.
     zip: bool,
     /// Grids of numbers.
     heads: Vec<Head>,
     /// Grids of colours.
     colors: Vec<Head>,
     /// Grids of a `NanoVDB` file.
-    nano: Vec<nano::Head>,
+    nano: Vec<nano::NanoHead>,
     /// Grids that cannot be read, a sentence each.
     pub(crate) unread: Vec<String>,
 }
@@ -39,23 +40,23 @@ pub(crate) struct Vdb {
 #[derive(Debug)]
 struct Head {
     name: String,
-    number: Number,
-    /// Numbers of a value.
+    number: VdbNumber,
+    /// Numbers per value.
     width: usize,
-    /// Whether numbers of nodes are halves.
+    /// Whether numbers in nodes are half floats.
     is_half: bool,
-    /// First byte of the grid.
+    /// Offset of the grid \[bytes\].
     start: usize,
 }
 
 /// A grid of numbers.
 #[derive(Debug)]
 pub(crate) struct VdbGrid {
-    /// World space from index space, in which voxel centres are whole numbers.
+    /// World space from index space, where voxel centres are whole numbers.
     pub(crate) world_from_index: DAffine3,
-    /// What its numbers mean, such as `fog volume` or `level set`.
+    /// Meaning of its numbers, such as `fog volume` or `level set`.
     pub(crate) class: String,
-    /// Value of all voxels that its tree doesn't have.
+    /// Value of all voxels outside its tree.
     pub(crate) background: f32,
     pub(crate) tree: Tree,
 }
@@ -65,11 +66,11 @@ const OLDEST: u32 = 218;
 const NEWEST: u32 = 225;
 /// First version with a map as transform.
 const MAPS: u32 = 219;
-/// First version whose head says whether values are packed.
+/// First version in which the grid's head states the compression.
 const PACKED: u32 = 220;
 
 impl Vdb {
-    /// Whether the first bytes of a file are those of such a file.
+    /// Whether the first bytes are those of a VDB file.
     pub(crate) fn is(head: &[u8]) -> bool {
         Self::is_nano(head) || head.starts_with(&MAGIC.to_le_bytes())
     }
@@ -80,7 +81,7 @@ impl Vdb {
     }
 
     /// Reads the heads of all grids.
-    pub(crate) fn new(bytes: Vec<u8>) -> Result<Self, Fault> {
+    pub(crate) fn new(bytes: Vec<u8>) -> Result<Self, VolumeFault> {
         if nano::is(&bytes) {
             let (nano, unread) = nano::heads(&bytes)?;
             let (heads, colors) = Default::default();
@@ -88,13 +89,13 @@ impl Vdb {
         }
         let mut input = Input::new(&bytes, 0)?;
         if input.i64("the head of the file")? != MAGIC {
-            return Err(Fault::new("not an OpenVDB file", "name a .vdb file"));
+            return Err(VolumeFault::new("not an OpenVDB file", "name a .vdb file"));
         }
         let version = input.u32("the version")?;
         if !(OLDEST..=NEWEST).contains(&version) {
             let message = format!("version {version} of OpenVDB's files");
             let help = "versions 218 to 225 are read: write the file with OpenVDB 1.0 to 12";
-            return Err(Fault::new(message, help));
+            return Err(VolumeFault::new(message, help));
         }
         input.take(8, "the version of the library")?;
         let has_offsets = input.u8("the head of the file")? != 0;
@@ -118,9 +119,9 @@ impl Vdb {
         Ok(vdb)
     }
 
-    /// Reads the head of a grid; returns where the next one starts, if this is known.
-    fn head(&mut self, at: usize, has_offsets: bool) -> Result<Option<usize>, Fault> {
-        /// Of a type whose nodes have halves.
+    /// Reads the head of a grid; returns the offset of the next one, if known.
+    fn head(&mut self, at: usize, has_offsets: bool) -> Result<Option<usize>, VolumeFault> {
+        /// Suffix of types whose nodes have half floats.
         const HALVES: &str = "_HalfFloat";
         const WHAT: &str = "the head of a grid";
         let mut input = Input::new(&self.bytes, at)?;
@@ -134,14 +135,14 @@ impl Vdb {
             Some(tree) => (tree, true),
             None => (&*kind, false),
         };
-        // Grids of the same name differ behind a separator.
+        // A separator and a suffix distinguish grids of the same name.
         let name = unique.split('\x1e').next().unwrap_or_default().to_owned();
         let number = match tree {
-            "Tree_half_5_4_3" => Some((Number::Half, 1)),
-            "Tree_float_5_4_3" => Some((Number::Float, 1)),
-            "Tree_double_5_4_3" => Some((Number::Double, 1)),
-            "Tree_vec3s_5_4_3" => Some((Number::Float, 3)),
-            "Tree_vec3d_5_4_3" => Some((Number::Double, 3)),
+            "Tree_half_5_4_3" => Some((VdbNumber::Half, 1)),
+            "Tree_float_5_4_3" => Some((VdbNumber::Float, 1)),
+            "Tree_double_5_4_3" => Some((VdbNumber::Double, 1)),
+            "Tree_vec3s_5_4_3" => Some((VdbNumber::Float, 3)),
+            "Tree_vec3d_5_4_3" => Some((VdbNumber::Double, 3)),
             _ => None,
         };
         let unread = match number {
@@ -158,8 +159,8 @@ impl Vdb {
         self.end_of(start, end, has_offsets, 0, &unique)
     }
 
-    /// Where a grid ends that begins at byte `start`, by its head at `end`; `width`: of the last head, 0 for a grid that is
-    /// not read.
+    /// Offset of the end of a grid that begins at byte `start` and whose head ends at `end`; `width`: of the
+    /// last head, 0 for a grid that is not read.
     fn end_of(
         &self,
         start: usize,
@@ -167,13 +168,13 @@ impl Vdb {
         has_offsets: bool,
         width: usize,
         name: &str,
-    ) -> Result<Option<usize>, Fault> {
+    ) -> Result<Option<usize>, VolumeFault> {
         if has_offsets {
             let next =
                 usize::try_from(end).ok().filter(|&end| start <= end && end <= self.bytes.len());
             let message =
                 || format!("the grid {} ends at byte {end}, outside of the file", shown(name));
-            return next.map(Some).ok_or_else(|| Fault::damaged(message()));
+            return next.map(Some).ok_or_else(|| VolumeFault::damaged(message()));
         }
         let head = match width {
             0 => None,
@@ -189,8 +190,8 @@ impl Vdb {
         self.heads.iter().map(|head| &*head.name).chain(nano)
     }
 
-    /// Reads a grid by its place in [`Self::names`]; without its leaves' values if not `has_values`.
-    pub(crate) fn read(&self, i: usize, has_values: bool) -> Result<VdbGrid, Fault> {
+    /// Reads a grid by its index in [`Self::names`]; without its leaves' values unless `has_values`.
+    pub(crate) fn read(&self, i: usize, has_values: bool) -> Result<VdbGrid, VolumeFault> {
         if let Some(head) = self.nano.get(i) {
             return self.read_nano(head, has_values).map_err(|fault| of_grid(&head.name, &fault));
         }
@@ -203,18 +204,18 @@ impl Vdb {
         self.colors.iter().map(|head| &*head.name)
     }
 
-    /// Reads a channel of a grid by its place in [`Self::color_names`].
-    pub(crate) fn read_color(&self, i: usize, channel: usize) -> Result<VdbGrid, Fault> {
+    /// Reads a channel of a grid by its index in [`Self::color_names`].
+    pub(crate) fn read_color(&self, i: usize, channel: usize) -> Result<VdbGrid, VolumeFault> {
         self.read_head(&self.colors[i], true, channel).map(|(grid, _)| grid)
     }
 
-    /// The grid, and where it ends.
+    /// The grid, and the offset of its end.
     fn read_head(
         &self,
         head: &Head,
         has_values: bool,
         channel: usize,
-    ) -> Result<(VdbGrid, usize), Fault> {
+    ) -> Result<(VdbGrid, usize), VolumeFault> {
         let grid = self.read_grid(head, has_values, channel);
         grid.map_err(|fault| of_grid(&head.name, &fault))
     }
@@ -224,7 +225,7 @@ impl Vdb {
         head: &Head,
         has_values: bool,
         channel: usize,
-    ) -> Result<(VdbGrid, usize), Fault> {
+    ) -> Result<(VdbGrid, usize), VolumeFault> {
         const ZIP: u32 = 1;
         const MASKED: u32 = 2;
         const BLOSC: u32 = 4;
@@ -234,14 +235,14 @@ impl Vdb {
         let packed = if is_own { input.u32("the compression")? } else { usual };
         if packed > ZIP | MASKED | BLOSC {
             let help = "write the file with zip or Blosc LZ4, as OpenVDB does";
-            return Err(Fault::new(format!("compression {packed}"), help));
+            return Err(VolumeFault::new(format!("compression {packed}"), help));
         }
         let class = metadata(&mut input)?;
         let world_from_index = transform(&mut input, self.version)?;
         let mut encoding = Encoding {
             version: self.version,
             number: head.number,
-            stored: if head.is_half { Number::Half } else { head.number },
+            stored: if head.is_half { VdbNumber::Half } else { head.number },
             width: head.width,
             channel,
             is_filled: head.width > 1,
@@ -265,9 +266,9 @@ impl Vdb {
     }
 }
 
-/// What is wrong with a grid.
-fn of_grid(name: &str, fault: &Fault) -> Fault {
-    Fault::new(format!("grid {}: {}", shown(name), fault.message), fault.help)
+/// A grid's fault, with the grid's name.
+fn of_grid(name: &str, fault: &VolumeFault) -> VolumeFault {
+    VolumeFault::new(format!("grid {}: {}", shown(name), fault.message), fault.help)
 }
 
 /// A name for messages.
@@ -276,7 +277,7 @@ fn shown(name: &str) -> String {
 }
 
 /// Reads named values; returns that of `class`.
-fn metadata(input: &mut Input<'_>) -> Result<String, Fault> {
+fn metadata(input: &mut Input<'_>) -> Result<String, VolumeFault> {
     const WHAT: &str = "metadata";
     let mut class = String::new();
     for _ in 0..input.u32(WHAT)? {
@@ -291,18 +292,18 @@ fn metadata(input: &mut Input<'_>) -> Result<String, Fault> {
 }
 
 /// Reads a transform. `OpenVDB` multiplies row vectors: its rows are our columns.
-fn transform(input: &mut Input<'_>, version: u32) -> Result<DAffine3, Fault> {
+fn transform(input: &mut Input<'_>, version: u32) -> Result<DAffine3, VolumeFault> {
     const WHAT: &str = "the transform";
-    let matrix = |input: &mut Input<'_>| -> Result<DMat4, Fault> {
+    let matrix = |input: &mut Input<'_>| -> Result<DMat4, VolumeFault> {
         let mut numbers = [0.0; 16];
         for number in &mut numbers {
             *number = input.f64(WHAT)?;
         }
         Ok(DMat4::from_cols_array(&numbers))
     };
-    let scaled = |input: &mut Input<'_>, translation: DVec3| -> Result<DAffine3, Fault> {
+    let scaled = |input: &mut Input<'_>, translation: DVec3| -> Result<DAffine3, VolumeFault> {
         let scale = input.dvec3(WHAT)?;
-        // Sizes and inverses, which the scale says too.
+        // Voxel sizes and inverses, which follow from the scale.
         input.take(4 * 24, WHAT)?;
         Ok(DAffine3 { matrix3: DMat3::from_diagonal(scale), translation })
     };
@@ -326,7 +327,7 @@ fn transform(input: &mut Input<'_>, version: u32) -> Result<DAffine3, Fault> {
         }
         _ => {
             let help = "resample it to a grid with a linear transform";
-            return Err(Fault::new(format!("its transform is {}", shown(&kind)), help));
+            return Err(VolumeFault::new(format!("its transform is {}", shown(&kind)), help));
         }
     };
     check(&affine)?;
@@ -334,10 +335,10 @@ fn transform(input: &mut Input<'_>, version: u32) -> Result<DAffine3, Fault> {
 }
 
 /// Refuses a transform without an inverse.
-fn check(affine: &DAffine3) -> Result<(), Fault> {
+fn check(affine: &DAffine3) -> Result<(), VolumeFault> {
     let (matrix, determinant) = (affine.matrix3, affine.matrix3.determinant());
     if !affine.is_finite() || !determinant.is_normal() || !matrix.inverse().is_finite() {
-        return Err(Fault::damaged("its transform is not finite or cannot be inverted"));
+        return Err(VolumeFault::damaged("its transform is not finite or cannot be inverted"));
     }
     Ok(())
 }

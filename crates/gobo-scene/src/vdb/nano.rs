@@ -1,8 +1,8 @@
-//! Reading of `NanoVDB` files (Museth 2021, "`NanoVDB`: A GPU-Friendly and Portable VDB Data Structure"), layouts of
-//! version 32: segments of grids, or grids alone.
+//! Reading of `NanoVDB` files (Museth 2021, "`NanoVDB`: A GPU-Friendly and Portable VDB Data Structure"),
+//! layouts of version 32: segments of grids, or grids alone.
 use super::{
     Vdb, VdbGrid,
-    input::{Fault, Input},
+    input::{Input, VolumeFault},
     nano_tree::{NanoType, tree},
     shown,
     values::{blosc, inflate},
@@ -11,7 +11,7 @@ use crate::limits::has_memory;
 use glam::{DAffine3, DMat3, DVec3};
 use std::borrow::Cow;
 
-/// First bytes of files of any kind, of grids alone, and of segments.
+/// First bytes of all files, then the byte of single grids and that of segments.
 const MAGIC: [u8; 7] = *b"NanoVDB";
 const GRID_ALONE: u8 = b'1';
 /// Size of a grid's head \[bytes\].
@@ -19,7 +19,7 @@ pub(super) const GRID: usize = 672;
 const VERSION: u32 = 32;
 const HELP: &str = "write it with NanoVDB 32, as OpenVDB 11 to 13 do";
 
-/// How a grid is packed.
+/// Compression of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Codec {
     Plain,
@@ -29,30 +29,30 @@ enum Codec {
 
 /// Head of a grid.
 #[derive(Clone, Debug)]
-pub(super) struct Head {
+pub(super) struct NanoHead {
     pub(super) name: String,
     kind: NanoType,
     codec: Codec,
-    /// First byte, and bytes in the file and unpacked.
+    /// Offset of its first byte, and its size in the file and unpacked \[bytes\].
     start: usize,
     stored: usize,
     length: usize,
 }
 
-/// Whether the first bytes of a file are those of such a file.
+/// Whether the first bytes are those of a `NanoVDB` file.
 pub(super) fn is(head: &[u8]) -> bool {
     head.starts_with(&MAGIC)
 }
 
-/// Heads of the grids that can be read, and what cannot, a sentence each.
-pub(super) fn heads(bytes: &[u8]) -> Result<(Vec<Head>, Vec<String>), Fault> {
+/// Heads of the readable grids, and the unreadable ones, a sentence each.
+pub(super) fn heads(bytes: &[u8]) -> Result<(Vec<NanoHead>, Vec<String>), VolumeFault> {
     let (mut heads, mut unread, mut at) = (Vec::new(), Vec::new(), 0);
     while at < bytes.len() {
         let mut input = Input::new(bytes, at)?;
         let magic = input.take(8, "the head of the file")?;
         if !magic.starts_with(&MAGIC) {
             let message = format!("at byte {at} no grid of NanoVDB starts");
-            return Err(Fault::damaged(message));
+            return Err(VolumeFault::damaged(message));
         }
         let start = heads.len() + unread.len();
         at = match magic[7] {
@@ -60,26 +60,26 @@ pub(super) fn heads(bytes: &[u8]) -> Result<(Vec<Head>, Vec<String>), Fault> {
             _ => segment(bytes, at, &mut heads, &mut unread)?,
         };
         if heads.len() + unread.len() == start {
-            return Err(Fault::damaged("a segment has no grids"));
+            return Err(VolumeFault::damaged("a segment has no grids"));
         }
     }
     Ok((heads, unread))
 }
 
-fn check(version: u32) -> Result<(), Fault> {
+fn check(version: u32) -> Result<(), VolumeFault> {
     let major = version >> 21;
     if major == VERSION {
         return Ok(());
     }
-    Err(Fault::new(format!("version {major} of NanoVDB's layout"), HELP))
+    Err(VolumeFault::new(format!("version {major} of NanoVDB's layout"), HELP))
 }
 
-/// Adds a grid or, if it cannot be read, why.
+/// Adds a grid or, if it cannot be read, the reason.
 fn add(
-    heads: &mut Vec<Head>,
+    heads: &mut Vec<NanoHead>,
     unread: &mut Vec<String>,
     head: (&str, u32),
-    of: impl FnOnce(NanoType) -> Head,
+    of: impl FnOnce(NanoType) -> NanoHead,
 ) {
     let (name, number) = head;
     match NanoType::of(number) {
@@ -88,13 +88,13 @@ fn add(
     }
 }
 
-/// A grid that is the file, or the next one in it; returns where the one behind it starts.
+/// A grid outside segments; returns the offset of the next one.
 fn alone(
     bytes: &[u8],
     at: usize,
-    heads: &mut Vec<Head>,
+    heads: &mut Vec<NanoHead>,
     unread: &mut Vec<String>,
-) -> Result<usize, Fault> {
+) -> Result<usize, VolumeFault> {
     const WHAT: &str = "the head of a grid";
     let head = Input::new(bytes, at)?.take(GRID, WHAT)?;
     let own = |place: usize| Input::new(head, place);
@@ -105,9 +105,12 @@ fn alone(
     let length = usize::try_from(length).ok().filter(|&length| length >= GRID);
     let end = length.and_then(|length| at.checked_add(length)).filter(|&end| end <= bytes.len());
     let (Some(length), Some(end)) = (length, end) else {
-        return Err(Fault::damaged(format!("the grid {} ends outside of the file", shown(&name))));
+        return Err(VolumeFault::damaged(format!(
+            "the grid {} ends outside of the file",
+            shown(&name)
+        )));
     };
-    add(heads, unread, (&name.clone(), number), |kind| Head {
+    add(heads, unread, (&name.clone(), number), |kind| NanoHead {
         name,
         kind,
         codec: Codec::Plain,
@@ -118,15 +121,15 @@ fn alone(
     Ok(end)
 }
 
-/// The grids of a segment; returns where it ends.
+/// The grids of a segment; returns the offset of its end.
 fn segment(
     bytes: &[u8],
     at: usize,
-    heads: &mut Vec<Head>,
+    heads: &mut Vec<NanoHead>,
     unread: &mut Vec<String>,
-) -> Result<usize, Fault> {
+) -> Result<usize, VolumeFault> {
     const WHAT: &str = "the head of a segment";
-    /// Size of what is said of each grid \[bytes\].
+    /// Size of the metadata of each grid \[bytes\].
     const ABOUT: usize = 176;
     let mut input = Input::new(bytes, at + 8)?;
     check(input.u32(WHAT)?)?;
@@ -144,7 +147,7 @@ fn segment(
             0 => Codec::Plain,
             1 => Codec::Zip,
             2 => Codec::Blosc,
-            other => return Err(Fault::damaged(format!("a grid is packed in way {other}"))),
+            other => return Err(VolumeFault::damaged(format!("a grid is packed in way {other}"))),
         };
         found.push((name, number(32)?, codec, long(0)?, long(8)?));
     }
@@ -153,7 +156,7 @@ fn segment(
         Input::new(bytes, start)?.take(stored, &format!("the grid {}", shown(&name)))?;
         let own = start;
         start += stored;
-        add(heads, unread, (&name.clone(), number), |kind| Head {
+        add(heads, unread, (&name.clone(), number), |kind| NanoHead {
             name,
             kind,
             codec,
@@ -165,17 +168,17 @@ fn segment(
     Ok(start)
 }
 
-/// A text up to its end.
+/// A text up to its terminating zero.
 fn text(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
     String::from_utf8_lossy(&bytes[..end]).into_owned()
 }
 
 /// The bytes of a grid.
-fn unpacked<'a>(bytes: &'a [u8], head: &Head) -> Result<Cow<'a, [u8]>, Fault> {
-    /// What a byte unpacks to at most, of deflate and of LZ4 \[bytes\].
+fn unpacked<'a>(bytes: &'a [u8], head: &NanoHead) -> Result<Cow<'a, [u8]>, VolumeFault> {
+    /// Most bytes that a byte unpacks to, for deflate and for LZ4.
     const MOST_RATIO: usize = 1032;
-    /// Largest part that is packed by itself by Blosc \[bytes\].
+    /// Largest block that Blosc compresses separately \[bytes\].
     const PART: usize = 1 << 30;
     let stored = &bytes[head.start..head.start + head.stored];
     if head.codec == Codec::Plain {
@@ -183,7 +186,7 @@ fn unpacked<'a>(bytes: &'a [u8], head: &Head) -> Result<Cow<'a, [u8]>, Fault> {
     }
     if head.length > head.stored.saturating_mul(MOST_RATIO) || !has_memory(head.length as u64) {
         let message = format!("{} bytes in {} packed ones", head.length, head.stored);
-        return Err(Fault::damaged(message));
+        return Err(VolumeFault::damaged(message));
     }
     let mut unpacked = vec![0; head.length];
     let mut input = Input::new(stored, 0)?;
@@ -208,16 +211,22 @@ fn unpacked<'a>(bytes: &'a [u8], head: &Head) -> Result<Cow<'a, [u8]>, Fault> {
 
 impl Vdb {
     /// Reads a grid of a `NanoVDB` file.
-    pub(super) fn read_nano(&self, head: &Head, has_values: bool) -> Result<VdbGrid, Fault> {
+    pub(super) fn read_nano(
+        &self,
+        head: &NanoHead,
+        has_values: bool,
+    ) -> Result<VdbGrid, VolumeFault> {
         const LEVEL_SET: u32 = 1;
         const WHAT: &str = "the head of a grid";
         let grid = unpacked(&self.bytes, head)?;
         let number = |at: usize| Input::new(&grid, at)?.u32(WHAT);
         check(number(16)?)?;
         if NanoType::of(number(636)?) != Some(head.kind) {
-            return Err(Fault::damaged("the type of the grid is not the one that the file says"));
+            return Err(VolumeFault::damaged(
+                "the type of the grid is not the one that the file says",
+            ));
         }
-        // Rows of a matrix in doubles, and what is added.
+        // Rows of a matrix in doubles, and the translation.
         let double = |at: usize| Input::new(&grid, at)?.f64(WHAT);
         let mut rows = [0.0; 9];
         for (i, row) in rows.iter_mut().enumerate() {

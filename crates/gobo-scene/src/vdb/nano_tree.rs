@@ -1,6 +1,6 @@
-//! The nodes of a `NanoVDB` grid. Each says where its children are, in bytes from itself.
+//! The nodes of a `NanoVDB` grid. Each stores its children's offsets from itself \[bytes\].
 use super::{
-    input::{Fault, Input},
+    input::{Input, VolumeFault},
     nano::GRID,
     tree::{
         FARTHEST, LEAF_EDGE, LEAF_VOXELS, LOWER_EDGE, MOST_NODES, Tile, Tree, UPPER_EDGE, too_many,
@@ -11,7 +11,7 @@ use glam::IVec3;
 use half::f16;
 use std::collections::HashSet;
 
-/// Numbers of a grid.
+/// Storage type of a grid's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NanoType {
     Float,
@@ -19,22 +19,23 @@ pub(super) enum NanoType {
     Int16,
     Int32,
     Half,
-    /// Leaves have steps of so many bits between their least and their largest value.
+    /// Values are quantised to this many bits between each leaf's least and largest value.
     Steps(u8),
-    /// The same, of as many bits as each leaf says.
+    /// The same, with a number of bits that each leaf states.
     AnySteps,
 }
 
-/// Where parts of a grid's nodes are \[bytes\].
+/// Offsets of the parts of a grid's nodes \[bytes\].
 struct Offsets {
     background: usize,
     root: usize,
-    /// Value of a part of the root.
+    /// Value of an entry of the root.
     tile: usize,
     leaf: usize,
 }
 
-/// Bytes of a part of the root, up to the tables of its children and theirs, and of an entry of these.
+/// Size of an entry of the root; of an upper and a lower node up to their tables of children; and of a
+/// table's entry \[bytes\].
 const TILE: usize = 32;
 const UPPER: usize = 8256;
 const LOWER: usize = 1088;
@@ -63,8 +64,8 @@ impl NanoType {
         }
     }
 
-    /// A value at a place.
-    fn value(self, bytes: &[u8], at: usize) -> Result<f32, Fault> {
+    /// The value at byte `at`.
+    fn value(self, bytes: &[u8], at: usize) -> Result<f32, VolumeFault> {
         const WHAT: &str = "a value";
         let mut input = Input::new(bytes, at)?;
         let mut two = || Ok(input.take(2, WHAT)?.try_into().unwrap_or_default());
@@ -77,7 +78,7 @@ impl NanoType {
         })
     }
 
-    /// Bytes of a value in a leaf that has no steps.
+    /// Size of a value in a leaf without quantisation \[bytes\].
     fn size(self) -> usize {
         match self {
             Self::Double => 8,
@@ -87,10 +88,14 @@ impl NanoType {
     }
 }
 
-/// The tree of a grid, and the value of voxels that it doesn't have.
-pub(super) fn tree(grid: &[u8], kind: NanoType, has_values: bool) -> Result<(Tree, f32), Fault> {
-    let mut nodes = Nodes { grid, kind, background: 0.0, left: [0; 3], tree: Tree::default() };
-    // Nodes of each level have bytes of their own: more are copies, and might be without end.
+/// The tree of a grid, and the value of voxels outside it.
+pub(super) fn tree(
+    grid: &[u8],
+    kind: NanoType,
+    has_values: bool,
+) -> Result<(Tree, f32), VolumeFault> {
+    let mut nodes = NanoNodes { grid, kind, background: 0.0, left: [0; 3], tree: Tree::default() };
+    // Nodes of each level occupy bytes of their own: a longer list holds copies, and might never end.
     nodes.left = [UPPER, LOWER, 96].map(|size| grid.len() / size + 1);
     let long = |at: usize| Input::new(grid, at)?.i64("the place of the root");
     let root = child(GRID, long(GRID + 24)?)?;
@@ -98,24 +103,24 @@ pub(super) fn tree(grid: &[u8], kind: NanoType, has_values: bool) -> Result<(Tre
     Ok((nodes.tree, nodes.background))
 }
 
-/// A place that is `offset` bytes away.
-fn child(from: usize, offset: i64) -> Result<usize, Fault> {
+/// The position `offset` bytes away.
+fn child(from: usize, offset: i64) -> Result<usize, VolumeFault> {
     let at = i64::try_from(from).ok().and_then(|from| from.checked_add(offset));
     at.and_then(|at| usize::try_from(at).ok())
-        .ok_or_else(|| Fault::damaged("a node is outside of the grid"))
+        .ok_or_else(|| VolumeFault::damaged("a node is outside of the grid"))
 }
 
-struct Nodes<'a> {
+struct NanoNodes<'a> {
     grid: &'a [u8],
     kind: NanoType,
     background: f32,
-    /// Upper and lower nodes and leaves that there may still be.
+    /// Upper nodes, lower nodes and leaves that may still follow.
     left: [usize; 3],
     tree: Tree,
 }
 
-impl Nodes<'_> {
-    fn root(&mut self, root: usize, has_values: bool) -> Result<(), Fault> {
+impl NanoNodes<'_> {
+    fn root(&mut self, root: usize, has_values: bool) -> Result<(), VolumeFault> {
         const WHAT: &str = "the root";
         let offsets = self.kind.offsets();
         self.background = self.kind.value(self.grid, root.saturating_add(offsets.background))?;
@@ -128,13 +133,13 @@ impl Nodes<'_> {
             let mut input = Input::new(self.grid, at)?;
             let (key, offset) = (input.i64(WHAT)?, input.i64(WHAT)?);
             let is_active = input.u32(WHAT)? != 0;
-            // Three numbers of 21 bits, of which 20 count: coordinates without their last 12 bits.
+            // Three numbers of 21 bits, 20 of them significant: coordinates without their last 12 bits.
             let part = |shift: u32| ((key >> shift) as i32) << 12;
             let origin = IVec3::new(part(42), part(21), part(0));
             let is_near = origin.cmpge(IVec3::splat(-FARTHEST)).all()
                 && origin.cmple(IVec3::splat(FARTHEST)).all();
             if !is_near || !known.insert(origin) {
-                return Err(Fault::damaged(format!(
+                return Err(VolumeFault::damaged(format!(
                     "a node at {origin} is too far, or there twice"
                 )));
             }
@@ -154,21 +159,22 @@ impl Nodes<'_> {
     }
 
     /// Counts a node of a level.
-    fn count(&mut self, level: usize) -> Result<(), Fault> {
+    fn count(&mut self, level: usize) -> Result<(), VolumeFault> {
         let left = self.left[level].checked_sub(1);
         self.left[level] =
-            left.ok_or_else(|| Fault::damaged("the same node is there many times"))?;
+            left.ok_or_else(|| VolumeFault::damaged("the same node is there many times"))?;
         Ok(())
     }
 
-    /// Tiles of an inner node with 2^LOG parts along each edge; returns places and origins of its children.
+    /// Adds the tiles of an inner node with 2^LOG parts along each edge; returns the positions and origins of
+    /// its children.
     fn inner<const LOG: usize>(
         &mut self,
         node: usize,
         table: usize,
         origin: IVec3,
         edge: i32,
-    ) -> Result<Vec<(usize, IVec3)>, Fault> {
+    ) -> Result<Vec<(usize, IVec3)>, VolumeFault> {
         const MASKS: usize = 32;
         self.count(if LOG == 5 { 0 } else { 1 })?;
         let count = 1 << (3 * LOG);
@@ -192,7 +198,7 @@ impl Nodes<'_> {
         Ok(found)
     }
 
-    fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), Fault> {
+    fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), VolumeFault> {
         self.tree.active += u64::from(is_active) * (i64::from(tile.edge).pow(3) as u64);
         if tile.value == 0.0 || !is_active && tile.value == self.background {
             return Ok(());
@@ -204,7 +210,7 @@ impl Nodes<'_> {
         Ok(())
     }
 
-    fn leaf(&mut self, leaf: usize, origin: IVec3, has_values: bool) -> Result<(), Fault> {
+    fn leaf(&mut self, leaf: usize, origin: IVec3, has_values: bool) -> Result<(), VolumeFault> {
         const WHAT: &str = "a leaf";
         self.count(2)?;
         if self.tree.leaves.len() == MOST_NODES {
@@ -224,7 +230,7 @@ impl Nodes<'_> {
             _ => None,
         };
         if bits.is_none() && self.kind == NanoType::AnySteps {
-            return Err(Fault::damaged("a leaf has steps of more than 16 bits"));
+            return Err(VolumeFault::damaged("a leaf has steps of more than 16 bits"));
         }
         let length = bits.map_or(self.kind.size() * LEAF_VOXELS, |bits| bits * LEAF_VOXELS / 8);
         let mut input = Input::new(self.grid, leaf + table)?;
@@ -239,7 +245,7 @@ impl Nodes<'_> {
                 Some(bits) => least + step * steps(stored, bits, i),
                 None => self.kind.value(stored, i * self.kind.size())?,
             };
-            // Of steps, the background is rarely one.
+            // With quantisation the background is rarely among the values.
             let is_nothing = !is_set(active, i) && (bits.is_some() || value == self.background);
             self.tree.values.push(if is_nothing { 0.0 } else { value });
             self.tree.active += u64::from(is_set(active, i));
@@ -248,7 +254,7 @@ impl Nodes<'_> {
     }
 }
 
-/// The number of a voxel, of 1 to 16 bits, the lowest first.
+/// Quantised value of a voxel: 1 to 16 bits, lowest voxel first.
 fn steps(stored: &[u8], bits: usize, i: usize) -> f32 {
     let place = i * bits;
     let byte = u16::from(stored[place / 8]);

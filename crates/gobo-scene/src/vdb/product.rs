@@ -1,16 +1,16 @@
 //! The product of two grids, voxel by voxel.
 use super::{
-    bricks::{Source, VoxelSources},
-    input::Fault,
+    bricks::{VoxelSource, VoxelSources},
+    input::VolumeFault,
     tree::{LEAF_EDGE, LEAF_VOXELS, LOWER_EDGE, MOST_NODES, Tile, Tree, too_many},
 };
 use glam::IVec3;
 use std::collections::HashSet;
 
 impl Tree {
-    /// The product with another grid, whose voxels are `unset` where it has none. Tiles in which the other one changes are
-    /// split.
-    pub(crate) fn times(self, other: &Self, unset: f32) -> Result<Self, Fault> {
+    /// The product with another grid, whose voxels are `unset` where it has none. Tiles in which the other
+    /// grid varies are split.
+    pub(crate) fn times(self, other: &Self, unset: f32) -> Result<Self, VolumeFault> {
         let lookup = VoxelSources::new(other, unset);
         let small = other.tiles.iter().filter(|tile| tile.edge < LOWER_EDGE);
         let nodes = other.leaves.iter().copied().chain(small.map(|tile| tile.origin));
@@ -22,12 +22,12 @@ impl Tree {
         }
         for Tile { origin, edge, value } in self.tiles {
             if edge > LOWER_EDGE {
-                // Of more bricks than there may be, whatever its colours.
+                // The tile alone exceeds the limit of bricks, whatever its colours.
                 product.add_tile(Tile { origin, edge, value })?;
                 continue;
             }
             if edge == LOWER_EDGE && !changing.contains(&origin) {
-                if let Source::Constant(factor) = lookup.source(origin) {
+                if let VoxelSource::Constant(factor) = lookup.source(origin) {
                     product.add_tile(Tile { origin, edge, value: value * factor })?;
                 }
                 continue;
@@ -37,27 +37,27 @@ impl Tree {
                 let leaf = IVec3::new(i / (parts * parts), i / parts % parts, i % parts);
                 let origin = origin + leaf * LEAF_EDGE;
                 match lookup.source(origin) {
-                    Source::Constant(factor) => {
+                    VoxelSource::Constant(factor) => {
                         product.add_tile(Tile {
                             origin,
                             edge: LEAF_EDGE,
                             value: value * factor,
                         })?;
                     }
-                    source @ Source::Leaf(_) => product.add(origin, |_| value, source)?,
+                    source @ VoxelSource::Leaf(_) => product.add(origin, |_| value, source)?,
                 }
             }
         }
         Ok(product)
     }
 
-    /// Adds a leaf of `values`, z first, times those of a source.
+    /// Adds a leaf of `values`, z first, times the voxels of a source.
     fn add(
         &mut self,
         origin: IVec3,
         values: impl Fn(usize) -> f32,
-        source: Source<'_>,
-    ) -> Result<(), Fault> {
+        source: VoxelSource<'_>,
+    ) -> Result<(), VolumeFault> {
         if self.leaves.len() == MOST_NODES {
             return Err(too_many("leaves"));
         }
@@ -67,7 +67,7 @@ impl Tree {
         Ok(())
     }
 
-    fn add_tile(&mut self, tile: Tile) -> Result<(), Fault> {
+    fn add_tile(&mut self, tile: Tile) -> Result<(), VolumeFault> {
         if self.tiles.len() == MOST_NODES {
             return Err(too_many("tiles"));
         }

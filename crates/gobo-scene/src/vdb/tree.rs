@@ -1,6 +1,6 @@
 //! Values of a grid's tree: leaves of 8^3 voxels, and tiles of one value.
 use super::{
-    input::{Fault, Input},
+    input::{Input, VolumeFault},
     values::{Encoding, MOST_VALUES, NODE_MASKS, Scratch, count_set, is_set, mask_bytes},
 };
 use glam::IVec3;
@@ -14,7 +14,7 @@ pub(crate) const LEAF_VOXELS: usize = 512;
 /// Edges of the tiles of the upper nodes \[voxels\].
 pub(super) const LOWER_EDGE: i32 = 128;
 pub(crate) const UPPER_EDGE: i32 = 4096;
-/// Farthest origin of a part of the root that is read.
+/// Farthest origin of a root entry that is read.
 pub(super) const FARTHEST: i32 = MAX_INDEX - UPPER_EDGE;
 
 /// A box of voxels of one value.
@@ -27,24 +27,24 @@ pub(crate) struct Tile {
     pub(crate) value: f32,
 }
 
-/// The voxels of a grid. Voxels that nothing sets, and inactive ones with the value of the background, are 0; those of a
-/// channel of colours have the background's value.
+/// The voxels of a grid. Unset voxels, and inactive ones with the background's value, are 0; in a colour
+/// channel they have the background's value.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     /// Lowest voxels of the leaves, index space.
     pub(crate) leaves: Vec<IVec3>,
     /// 512 values for each leaf, z first.
     pub(crate) values: Vec<f32>,
-    /// Tiles whose value is not that of voxels that nothing sets.
+    /// Tiles whose value differs from that of unset voxels.
     pub(crate) tiles: Vec<Tile>,
     /// Active voxels of leaves and tiles.
     pub(crate) active: u64,
 }
 
-/// Most leaves, tiles with a value, and bricks of a grid: bricks have 1.5 KB each.
+/// Most leaves, tiles with a value, and bricks of a grid: a brick has 1.5 KB.
 pub(crate) const MOST_NODES: usize = 1 << 19;
 
-/// Reads the nodes of a tree, and the values of its inner nodes.
+/// Reader of a tree's nodes, and of its inner nodes' values.
 pub(super) struct Topology<'a, 'b> {
     pub(super) input: &'b mut Input<'a>,
     pub(super) encoding: &'b mut Encoding,
@@ -53,7 +53,7 @@ pub(super) struct Topology<'a, 'b> {
 }
 
 impl Topology<'_, '_> {
-    pub(super) fn read(mut self) -> Result<Tree, Fault> {
+    pub(super) fn read(mut self) -> Result<Tree, VolumeFault> {
         self.input.u32("the number of buffers")?;
         self.encoding.background = self.encoding.single(self.input, "the background")?;
         let tiles = self.input.u32("the number of tiles")?;
@@ -73,8 +73,8 @@ impl Topology<'_, '_> {
         Ok(self.tree)
     }
 
-    /// Origin of a part of the root, which must be there once.
-    fn root_entry(&mut self, known: &mut HashSet<IVec3>) -> Result<IVec3, Fault> {
+    /// Origin of a root entry, which must be unique.
+    fn root_entry(&mut self, known: &mut HashSet<IVec3>) -> Result<IVec3, VolumeFault> {
         let at = self.input.at();
         let origin = self.input.ivec3("the origin of a node")?;
         let is_near = origin.cmpge(IVec3::splat(-FARTHEST)).all()
@@ -85,13 +85,13 @@ impl Topology<'_, '_> {
                 () if origin % UPPER_EDGE != IVec3::ZERO => "not at a multiple of 4096 voxels",
                 () => "there twice",
             };
-            return Err(Fault::damaged(format!("the node {origin} at byte {at} is {why}")));
+            return Err(VolumeFault::damaged(format!("the node {origin} at byte {at} is {why}")));
         }
         Ok(origin)
     }
 
-    /// A node of 32^3 parts: returns when all below it are read.
-    fn upper(&mut self, origin: IVec3, values: &mut [f32]) -> Result<(), Fault> {
+    /// Reads a node of 32^3 parts and everything below it.
+    fn upper(&mut self, origin: IVec3, values: &mut [f32]) -> Result<(), VolumeFault> {
         let children = self.inner::<5>(origin, LOWER_EDGE, values)?;
         for origin in children {
             let leaves = self.inner::<4>(origin, LEAF_EDGE, values)?;
@@ -106,13 +106,13 @@ impl Topology<'_, '_> {
         Ok(())
     }
 
-    /// Tiles of an inner node with 2^LOG parts along each edge; returns the origins of its children.
+    /// Adds the tiles of an inner node with 2^LOG parts along each edge; returns the origins of its children.
     fn inner<const LOG: usize>(
         &mut self,
         origin: IVec3,
         edge: i32,
         values: &mut [f32],
-    ) -> Result<Vec<IVec3>, Fault> {
+    ) -> Result<Vec<IVec3>, VolumeFault> {
         let count = 1 << (3 * LOG);
         let children = self.input.take(mask_bytes(count), "the mask of an inner node")?;
         let active = self.input.take(mask_bytes(count), "the mask of an inner node")?;
@@ -120,7 +120,7 @@ impl Topology<'_, '_> {
             let part = |shift: usize| (i >> shift & ((1 << LOG) - 1)) as i32;
             origin + IVec3::new(part(2 * LOG), part(LOG), part(0)) * edge
         };
-        // Older versions leave children out.
+        // Older versions leave out children's values.
         let has_all = self.encoding.version >= NODE_MASKS;
         let stored = if has_all { count } else { count - count_set(children) };
         let values = &mut values[..stored];
@@ -135,7 +135,7 @@ impl Topology<'_, '_> {
         Ok((0..count).filter(|&i| is_set(children, i)).map(origin_of).collect())
     }
 
-    fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), Fault> {
+    fn tile(&mut self, tile: Tile, is_active: bool) -> Result<(), VolumeFault> {
         self.tree.active += u64::from(is_active) * (i64::from(tile.edge).pow(3) as u64);
         let is_unset = tile.value == self.encoding.unset();
         if is_unset || !is_active && tile.value == self.encoding.background {
@@ -150,16 +150,16 @@ impl Topology<'_, '_> {
 }
 
 impl Tree {
-    /// Reads the values of the leaves, which stand behind all nodes.
+    /// Reads the values of the leaves, which follow all nodes.
     pub(super) fn read_leaves(
         &mut self,
         input: &mut Input<'_>,
         encoding: &Encoding,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), VolumeFault> {
         let length = self.leaves.len() * LEAF_VOXELS;
         self.values.try_reserve_exact(length).map_err(|_| {
             let message = format!("no memory for {} leaves", self.leaves.len());
-            Fault::new(message, "use a smaller grid, or a machine with more memory")
+            VolumeFault::new(message, "use a smaller grid, or a machine with more memory")
         })?;
         self.values.resize(length, 0.0);
         let mut scratch = Scratch::default();
@@ -185,7 +185,7 @@ impl Tree {
     }
 }
 
-pub(super) fn too_many(what: &str) -> Fault {
+pub(super) fn too_many(what: &str) -> VolumeFault {
     let message = format!("the grid has more than {MOST_NODES} {what}");
-    Fault::new(message, "resample it with larger voxels, or split it")
+    VolumeFault::new(message, "resample it with larger voxels, or split it")
 }

@@ -1,8 +1,8 @@
-//! Values of a node: numbers behind masks, packed by zlib, Blosc or not at all.
-use super::input::{Fault, Input};
+//! Values of a node: numbers after masks, compressed by zlib or Blosc, or plain.
+use super::input::{Input, VolumeFault};
 use half::f16;
 
-/// Bytes of a mask that has a bit for each of `values`.
+/// Bytes of a mask with a bit for each of `values`.
 pub(super) const fn mask_bytes(values: usize) -> usize {
     values / 8
 }
@@ -16,15 +16,15 @@ pub(super) fn count_set(mask: &[u8]) -> usize {
     mask.iter().map(|byte| byte.count_ones() as usize).sum()
 }
 
-/// How numbers are stored.
+/// Storage type of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
+pub(super) enum VdbNumber {
     Half,
     Float,
     Double,
 }
 
-impl Number {
+impl VdbNumber {
     pub(super) const fn bytes(self) -> usize {
         match self {
             Self::Half => 2,
@@ -46,7 +46,7 @@ impl Number {
 /// First version whose inactive values are left out, as [`Masked`] says.
 pub(super) const NODE_MASKS: u32 = 222;
 
-/// Which values are left out: the byte in front of a node's values.
+/// Code of the left out values: the byte before a node's values.
 #[derive(Clone, Copy)]
 struct Masked(u8);
 
@@ -54,10 +54,12 @@ impl Masked {
     /// No value is left out.
     const NOTHING: Self = Self(6);
 
-    fn read(input: &mut Input<'_>) -> Result<Self, Fault> {
+    fn read(input: &mut Input<'_>) -> Result<Self, VolumeFault> {
         match input.u8("the kind of a node's values")? {
             kind @ 0..=6 => Ok(Self(kind)),
-            kind => Err(Fault::damaged(format!("a node's values are of kind {kind}, of 0 to 6"))),
+            kind => {
+                Err(VolumeFault::damaged(format!("a node's values are of kind {kind}, of 0 to 6")))
+            }
         }
     }
 
@@ -65,8 +67,8 @@ impl Masked {
         self.0 != Self::NOTHING.0
     }
 
-    /// The values of inactive voxels whose bit is 0 and 1.
-    fn inactive(self, encoding: &Encoding, input: &mut Input<'_>) -> Result<[f32; 2], Fault> {
+    /// The values of inactive voxels with bit 0 and with bit 1.
+    fn inactive(self, encoding: &Encoding, input: &mut Input<'_>) -> Result<[f32; 2], VolumeFault> {
         let mut given = || encoding.single(input, "an inactive value");
         let background = encoding.background;
         Ok(match self.0 {
@@ -77,34 +79,34 @@ impl Masked {
         })
     }
 
-    /// Whether a mask says which of the two values an inactive voxel has.
+    /// Whether a mask selects between two values for inactive voxels.
     fn has_selection(self) -> bool {
         matches!(self.0, 3..=5)
     }
 }
 
-/// How the values of a grid are stored.
+/// Encoding of a grid's values.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoding {
     pub(super) version: u32,
-    /// Numbers of the grid's type, as single values are stored.
-    pub(super) number: Number,
-    /// Numbers of whole nodes.
-    pub(super) stored: Number,
-    /// Numbers of a value, and the one that is read: a channel of a colour.
+    /// Type of single values.
+    pub(super) number: VdbNumber,
+    /// Type of the numbers in nodes.
+    pub(super) stored: VdbNumber,
+    /// Numbers per value, and the index of the one that is read: a channel of a colour.
     pub(super) width: usize,
     pub(super) channel: usize,
-    /// Whether voxels that nothing sets have the background's value, not 0.
+    /// Whether unset voxels have the background's value, not 0.
     pub(super) is_filled: bool,
     pub(super) zip: bool,
     pub(super) blosc: bool,
     /// Whether inactive values are left out.
     pub(super) masked: bool,
-    /// Value of all voxels that no node has.
+    /// Value of all voxels outside nodes.
     pub(super) background: f32,
 }
 
-/// Largest number of values of a node: of the upper inner ones.
+/// Most values of a node: those of an upper inner node.
 pub(super) const MOST_VALUES: usize = 32 * 32 * 32;
 
 /// Memory for the values of one node.
@@ -115,29 +117,29 @@ pub(super) struct Scratch {
 }
 
 impl Encoding {
-    /// A value that stands alone.
-    pub(super) fn single(&self, input: &mut Input<'_>, what: &str) -> Result<f32, Fault> {
+    /// A single value.
+    pub(super) fn single(&self, input: &mut Input<'_>, what: &str) -> Result<f32, VolumeFault> {
         let bytes = input.take(self.number.bytes() * self.width, what)?;
         Ok(self.of_value(self.number, bytes))
     }
 
-    fn of_value(&self, number: Number, bytes: &[u8]) -> f32 {
+    fn of_value(&self, number: VdbNumber, bytes: &[u8]) -> f32 {
         number.value(&bytes[number.bytes() * self.channel..][..number.bytes()])
     }
 
-    /// Value of voxels that nothing sets.
+    /// Value of unset voxels.
     pub(super) fn unset(&self) -> f32 {
         if self.is_filled { self.background } else { 0.0 }
     }
 
-    /// Reads as many values as `values` has; `active` has a bit for each, as `version` 222 and later need.
+    /// Reads as many values as `values` has; `active` has a bit for each, which version 222 and later need.
     pub(super) fn read(
         &self,
         input: &mut Input<'_>,
         active: &[u8],
         values: &mut [f32],
         scratch: &mut Scratch,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), VolumeFault> {
         let has_kind = self.version >= NODE_MASKS;
         let masked = if has_kind { Masked::read(input)? } else { Masked::NOTHING };
         let inactive = masked.inactive(self, input)?;
@@ -162,13 +164,13 @@ impl Encoding {
         Ok(())
     }
 
-    /// Passes over `count` values that no mask left out.
+    /// Skips `count` values, none of them left out by a mask.
     pub(super) fn skip(
         &self,
         input: &mut Input<'_>,
         count: usize,
         scratch: &mut Scratch,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), VolumeFault> {
         self.unpacked(input, count, scratch).map(|_| ())
     }
 
@@ -178,10 +180,10 @@ impl Encoding {
         input: &mut Input<'f>,
         count: usize,
         scratch: &'s mut Scratch,
-    ) -> Result<&'s [u8], Fault> {
+    ) -> Result<&'s [u8], VolumeFault> {
         const WHAT: &str = "a node's values";
         let length = count * self.stored.bytes() * self.width;
-        // Halves are not written at all where there are none.
+        // An empty list of half floats is not written at all.
         let is_nothing = count == 0 && self.stored != self.number;
         if !(self.zip || self.blosc) || is_nothing {
             return input.take(length, WHAT);
@@ -206,32 +208,32 @@ impl Encoding {
     }
 }
 
-fn wrong_length(found: usize, expected: usize) -> Fault {
-    Fault::damaged(format!("a node's values have {found} bytes instead of {expected}"))
+fn wrong_length(found: usize, expected: usize) -> VolumeFault {
+    VolumeFault::damaged(format!("a node's values have {found} bytes instead of {expected}"))
 }
 
 /// Unpacks a zlib stream.
-pub(super) fn inflate(packed: &[u8], unpacked: &mut [u8]) -> Result<(), Fault> {
+pub(super) fn inflate(packed: &[u8], unpacked: &mut [u8]) -> Result<(), VolumeFault> {
     let mut stream = flate2::Decompress::new(true);
     let end = stream.decompress(packed, unpacked, flate2::FlushDecompress::Finish);
     match end {
         Ok(flate2::Status::StreamEnd) if stream.total_out() == unpacked.len() as u64 => Ok(()),
-        Ok(_) => Err(Fault::damaged(format!(
+        Ok(_) => Err(VolumeFault::damaged(format!(
             "a node's values are not {} bytes when unpacked",
             unpacked.len()
         ))),
-        Err(error) => Err(Fault::damaged(format!("a node's values do not unpack: {error}"))),
+        Err(error) => Err(VolumeFault::damaged(format!("a node's values do not unpack: {error}"))),
     }
 }
 
-/// Unpacks a frame of Blosc 1 (Alted 2010, `README_HEADER.rst`): blocks of LZ4 streams with the bytes of
-/// numbers sorted by their place.
+/// Unpacks a frame of Blosc 1 (Alted 2010, `README_HEADER.rst`): blocks of LZ4 streams, with the bytes of
+/// numbers shuffled.
 pub(super) fn blosc(
     frame: &[u8],
     unpacked: &mut [u8],
     shuffled: &mut Vec<u8>,
-) -> Result<(), Fault> {
-    /// Streams of a block are split where there are enough numbers in each.
+) -> Result<(), VolumeFault> {
+    /// The streams of a block are split if each part has enough numbers.
     const MOST_SPLITS: usize = 16;
     const LEAST_SPLIT: usize = 128;
     const HEADER: usize = 16;
@@ -246,7 +248,7 @@ pub(super) fn blosc(
         return Err(wrong_length(whole, unpacked.len()));
     }
     if packed != frame.len() {
-        return Err(Fault::damaged(format!(
+        return Err(VolumeFault::damaged(format!(
             "a Blosc frame has {} bytes and says {packed}",
             frame.len()
         )));
@@ -258,10 +260,10 @@ pub(super) fn blosc(
     }
     if format != 1 || has_bits {
         const HELP: &str = "write the file with zip or Blosc LZ4, as OpenVDB does";
-        return Err(Fault::new("values packed by Blosc in another way than LZ4", HELP));
+        return Err(VolumeFault::new("values packed by Blosc in another way than LZ4", HELP));
     }
     if block == 0 || number == 0 {
-        return Err(Fault::damaged("a Blosc frame has blocks or numbers without bytes"));
+        return Err(VolumeFault::damaged("a Blosc frame has blocks or numbers without bytes"));
     }
     for (i, out) in unpacked.chunks_mut(block).enumerate() {
         let start = Input::new(frame, HEADER + 4 * i)?.u32("the start of a Blosc block")?;
@@ -283,10 +285,10 @@ pub(super) fn blosc(
             } else if !lz4_flex::block::decompress_into(bytes, part)
                 .is_ok_and(|unpacked| unpacked == part.len())
             {
-                return Err(Fault::damaged("a node's LZ4 values do not unpack"));
+                return Err(VolumeFault::damaged("a node's LZ4 values do not unpack"));
             }
         }
-        // Bytes behind the last whole number are not sorted.
+        // Bytes after the last whole number are not shuffled.
         let count = if is_shuffled { out.len() / number } else { 0 };
         for (i, byte) in out.iter_mut().enumerate() {
             let is_sorted = i < count * number;

@@ -1,10 +1,10 @@
-//! The browser's adapter, with subgroups: wgpu 30 neither sees them in browsers nor asks for them.
+//! The browser's adapter, with subgroups: wgpu 30 neither detects nor requests them in browsers.
 use gobo::wgpu;
 use js_sys::{Array, Function, Object, Promise, Reflect};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
-/// An adapter whose devices have subgroups where the browser has them, and whether it does.
+/// An adapter whose devices have subgroups if the browser supports them, and whether it does.
 ///
 /// # Errors
 /// If the browser has none.
@@ -17,7 +17,7 @@ pub(super) async fn adapter(
         ..Default::default()
     };
     if wants_subgroups && let Some((gpu, own)) = with_subgroups().await {
-        // Only while wgpu asks, which it does at once.
+        // In place only while wgpu asks, which it does at once.
         let give = Closure::once_into_js(move |_: JsValue| Promise::resolve(&own));
         let is_set = Reflect::set(&gpu, &"requestAdapter".into(), &give).unwrap_or(false);
         let asked = instance.request_adapter(&options);
@@ -31,7 +31,7 @@ fn function(of: &JsValue, name: &str) -> Option<Function> {
     Reflect::get(of, &name.into()).ok()?.dyn_into().ok()
 }
 
-/// The browser's `GPU`, and an adapter of it that adds subgroups to what a device is asked for.
+/// The browser's `GPU`, and an adapter of it that adds subgroups to each device request.
 async fn with_subgroups() -> Option<(Object, JsValue)> {
     let navigator = Reflect::get(&js_sys::global(), &"navigator".into()).ok()?;
     let gpu: Object = Reflect::get(&navigator, &"gpu".into()).ok()?.dyn_into().ok()?;

@@ -18,7 +18,7 @@ fn vectors(values: &[f32]) -> impl Iterator<Item = Vec3> {
 
 #[wasm_bindgen]
 impl Gobo {
-    /// Begins a scene with a sun alone; `direction`: where its light travels.
+    /// Begins a scene with a sun alone; `direction`: in which its light travels.
     pub fn empty(&mut self, direction: &[f32]) -> Result<(), JsError> {
         let help = "three numbers, not all 0";
         check(direction.len() == 3, "direction has not three numbers", help)?;
@@ -37,8 +37,8 @@ impl Gobo {
         self.scene.as_mut().ok_or_else(none)
     }
 
-    /// Adds puffs of smoke: centres (x, y, z) and radii \[m\], colours (linear r, g, b) and opacities, 0 to 1. Those that cannot
-    /// be used are left out; returns their number.
+    /// Adds puffs of smoke: centres (x, y, z) and radii \[m\], colours (linear r, g, b) and opacities, 0
+    /// to 1. Invalid ones are left out; returns their number.
     pub fn add_particles(
         &mut self,
         centers: &[f32],
@@ -67,8 +67,8 @@ impl Gobo {
         Ok((count - (scene.particles.len() - before)) as u32)
     }
 
-    /// Adds triangles, three corners (x, y, z) each \[m\], of a colour (linear r, g, b) and opacity, 0 to 1; `solid` ones hide,
-    /// others filter. Those that cannot be used are left out; returns their number.
+    /// Adds triangles, three corners (x, y, z) each \[m\], of a colour (linear r, g, b) and opacity, 0 to 1;
+    /// `solid` ones hide their background, others filter it. Invalid ones are left out; returns their number.
     pub fn add_triangles(
         &mut self,
         positions: &[f32],

@@ -13,7 +13,7 @@ pub struct Canvas {
     knobs: Knobs,
 }
 
-/// What was made last.
+/// Progress of making kernels and passes.
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct Made {
@@ -22,13 +22,13 @@ pub struct Made {
 
 #[wasm_bindgen]
 impl Made {
-    /// Name of the kernel or pass.
+    /// Name of the last kernel or pass.
     #[wasm_bindgen(getter)]
     pub fn name(&self) -> String {
         self.step.name.to_owned()
     }
 
-    /// Number of those that are made.
+    /// Number made so far.
     #[wasm_bindgen(getter)]
     pub fn made(&self) -> usize {
         self.step.made
@@ -43,7 +43,7 @@ impl Made {
 
 #[wasm_bindgen]
 impl Canvas {
-    /// Takes a canvas over.
+    /// Takes over a canvas.
     #[wasm_bindgen(constructor)]
     pub fn new(gobo: &Gobo, canvas: web_sys::HtmlCanvasElement) -> Result<Canvas, JsError> {
         let (width, height) = (canvas.width(), canvas.height());
@@ -61,7 +61,8 @@ impl Canvas {
         self.surface.configure(&gobo.device, &self.config);
     }
 
-    /// Turns the camera about what it looks at, lifts it \[radians\], and sets its distance, times that of the first picture.
+    /// Turns the camera about its target, lifts it \[radians\], and sets its distance, as a multiple of the
+    /// first picture's.
     pub fn set_camera(&mut self, turn: f32, lift: f32, zoom: f32) {
         let finite = |value: f32, usual: f32| if value.is_finite() { value } else { usual };
         self.knobs.turn = finite(turn, 0.0);
@@ -75,7 +76,7 @@ impl Canvas {
         (self.knobs.sun_turn, self.knobs.sun_lift) = (finite(turn), finite(lift));
     }
 
-    /// Reads shadows by the whole curve, or by the nearest depth alone.
+    /// Reads shadows from the whole curve, or from the nearest depth alone.
     pub fn set_curve(&mut self, curve: bool) {
         self.knobs.receiver = if curve { Receiver::Curve } else { Receiver::Nearest };
     }
@@ -93,7 +94,7 @@ impl Canvas {
         Ok(step.map(|step| Made { step }))
     }
 
-    /// Draws a frame; all must be made. Whether shadow maps were rendered, too.
+    /// Draws a frame; all kernels and passes must be made. Returns whether shadow maps were rendered, too.
     pub fn draw(&self, gobo: &mut Gobo) -> Result<bool, JsError> {
         use wgpu::CurrentSurfaceTexture::{Suboptimal, Success};
         let size = [self.config.width, self.config.height];

@@ -9,7 +9,7 @@ use std::{
 };
 use wasm_bindgen::prelude::*;
 
-/// Largest file \[bytes\]: what readers make of it fits the 4 GiB of a page as well.
+/// Largest file \[bytes\]: it and the reader's results fit the 4 GiB of a page.
 const LARGEST: u64 = 1 << 29;
 
 thread_local! {
@@ -31,7 +31,8 @@ impl Dropped {
             })?;
             if u64::from(bytes.length()) > LARGEST {
                 let message = format!(
-                    "{name}: has {} MiB\n  help: a page reads files of up to {} MiB; the program reads larger ones",
+                    "{name}: has {} MiB\n  help: a page reads files of up to {} MiB; the program reads \
+                     larger ones",
                     bytes.length() >> 20,
                     LARGEST >> 20
                 );
@@ -58,7 +59,7 @@ impl Dropped {
             .ok_or_else(|| JsError::new("no file\n  help: give one that the program renders"))
     }
 
-    /// Has readers find them.
+    /// Makes readers find them.
     pub(super) fn hold(self) -> Held {
         let held = |(path, bytes): (PathBuf, Uint8Array)| {
             let length = u64::from(bytes.length());
@@ -78,7 +79,7 @@ impl Dropped {
     }
 }
 
-/// Files that readers find until it is dropped.
+/// Files that readers find until this is dropped.
 #[derive(Debug)]
 pub(super) struct Held {
     _files: HeldFiles,

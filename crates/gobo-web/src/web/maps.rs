@@ -26,7 +26,7 @@ export interface MapView {
 
 /** Shadow maps of all views, textures of the device, until the next call of `maps`. */
 export interface Maps {
-    /** `rgba16float`: light that passes, of light in front of what is opaque. */
+    /** `rgba16float`: transmittance of the translucent casters in front of the opaque depth. */
     filter: GPUTexture;
     /** `r32float`: depth of the nearest translucent caster. */
     nearest: GPUTexture;

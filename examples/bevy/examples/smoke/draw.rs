@@ -18,10 +18,10 @@ use bevy_gobo::{
     },
 };
 
-/// Of the picture before tone mapping: that of a camera with `Hdr`.
+/// Format of the picture before tone mapping: that of a camera with `Hdr`.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// As `draw.wgsl` has it.
+/// The same as in `draw.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Params {
@@ -72,7 +72,7 @@ fn open(mut commands: Commands, guest: Option<ResMut<Guest>>, device: Res<Render
     }
 }
 
-/// Binds gobo's maps, whose layout stays the same.
+/// Binds gobo's maps; their layout stays the same.
 fn bind(guest: Option<Res<Guest>>, drawn: Option<ResMut<Drawn>>, device: Res<RenderDevice>) {
     let (Some(guest), Some(mut drawn)) = (guest, drawn) else { return };
     if let Err(error) = drawn.bind(&guest, device.wgpu_device()) {
@@ -180,7 +180,7 @@ impl Pass {
     }
 }
 
-/// Once a camera, before its post processing.
+/// Draws once per camera, before its post processing.
 fn draw(
     view: ViewQuery<(&ViewTarget, &ViewPrepassTextures, &ExtractedView)>,
     drawn: Option<Res<Drawn>>,

@@ -1,4 +1,4 @@
-// After gobo's text, which declares `gobo_light_at` in group 1.
+// Follows gobo's text, which declares `gobo_light_at` in group 1.
 
 struct Frame {
     clip_from_world: mat4x4<f32>,

@@ -1,7 +1,7 @@
-//! Smoke of a compute kernel and panes of glass throw coloured shadows on Bevy's meshes.
+//! Smoke from a compute kernel and panes of glass cast coloured shadows on Bevy's meshes.
 //!
-//! `cargo run --example smoke -- 40 bevy.png` (in the crate's folder, or `make bevy`) renders 40 frames without a window and
-//! writes the last. It fails where light behind a pane has not the pane's colour.
+//! `cargo run --example smoke -- 40 bevy.png` (in the crate's folder, or `make bevy`) renders 40 frames
+//! without a window and writes the last. It fails if the light behind a pane lacks the pane's colour.
 mod draw;
 mod smoke;
 
@@ -28,11 +28,11 @@ use std::{
 };
 
 const SIZE: [u32; 2] = [960, 600];
-/// Of a picture that shows something.
+/// Fewest colours of a picture that is not blank.
 const FEWEST_COLORS: usize = 256;
-/// Places of the panes [m], red, green and blue.
+/// Positions of the panes [m], red, green and blue.
 const PANES: [[f32; 3]; 3] = [[-0.8, 0.9, 0.5], [0.2, 0.9, -0.2], [1.2, 0.9, -0.9]];
-/// The least that a pane's channel must be of the others behind it.
+/// Least ratio of a pane's channel to the others behind it.
 const LEAST_COLORED: f32 = 1.4;
 
 fn main() -> ExitCode {
@@ -147,7 +147,7 @@ fn set_the_scene(
     }
 }
 
-/// Slowly, by the number of the frame: each run is the same.
+/// Turns the sun slowly, by the number of the frame: each run is the same.
 fn turn_the_sun(mut sun: Query<&mut Transform, With<DirectionalLight>>, mut number: Local<u32>) {
     *number += 1;
     let (sine, cosine) = (-0.85 + *number as f32 * 0.004).sin_cos();
@@ -156,7 +156,7 @@ fn turn_the_sun(mut sun: Query<&mut Transform, With<DirectionalLight>>, mut numb
     }
 }
 
-/// Pixels of the ground that the sun lights through the middle of a pane.
+/// Pixels of the ground in sunlight through the middle of a pane.
 fn pixels_behind_panes(app: &mut App) -> Result<[UVec2; 3], String> {
     let mut suns = app.world_mut().query_filtered::<&Transform, With<DirectionalLight>>();
     let sun = suns.single(app.world()).map_err(|error| error.to_string())?.forward();
@@ -194,7 +194,7 @@ fn save_to(
             }
             Ok(format!("the last in {} with {} colours", path.display(), colors.len()))
         })();
-        // Who does not wait any more need not know.
+        // A receiver that no longer waits need not know.
         let _ = done.send(outcome);
     }
 }

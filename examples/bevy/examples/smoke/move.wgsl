@@ -3,7 +3,7 @@ struct Frame { number: u32, born: u32, capacity: u32 }
 @group(0) @binding(1) var<storage, read_write> alive: array<u32>;
 @group(0) @binding(2) var<uniform> frame: Frame;
 
-/// One of three chimneys, by turns.
+/// A particle at one of three chimneys, in turn.
 fn spawn(number: u32) -> Smoke {
     let chimney = number % 3u;
     let turn = chance(5u * number) * 6.2831853;

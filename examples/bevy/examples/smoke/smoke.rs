@@ -1,4 +1,4 @@
-//! A particle effect, as bevy_hanabi makes them: spawned, moved and read on the device alone.
+//! A particle effect like bevy_hanabi's: spawned, moved and read on the device alone.
 #[path = "../../../common/kernel.rs"]
 mod kernel;
 #[path = "../../../common/particles.rs"]
@@ -13,14 +13,14 @@ use bevy_gobo::{
 };
 use kernel::{Kernel, bind};
 
-/// Particles that fly at a time.
+/// Most live particles.
 pub const CAPACITY: u32 = 12_000;
-/// In a frame.
+/// Particles born per frame.
 const BORN: u32 = 200;
-/// Of a particle in `smoke.wgsl` [bytes].
+/// Size of a particle in `smoke.wgsl` [bytes].
 const STRIDE: u64 = 48;
 
-/// How a particle lies in memory: of the kernel that moves it, of gobo's loader and of the draw.
+/// Memory layout of a particle, for the kernel that moves it, gobo's loader and the draw.
 pub const STRUCT: &str = include_str!("smoke.wgsl");
 
 pub struct Smoke {
@@ -32,7 +32,7 @@ pub struct Smoke {
     read: wgpu::BindGroup,
 }
 
-/// The particles, for whoever draws them.
+/// Buffer of the particles, also for their draw.
 pub fn particles(device: &wgpu::Device) -> wgpu::Buffer {
     buffer(device, "smoke", u64::from(CAPACITY) * STRIDE, BufferUsages::STORAGE)
 }

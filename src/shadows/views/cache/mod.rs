@@ -13,11 +13,11 @@ pub(in crate::shadows) struct MapCache {
     views: Vec<CachedView>,
     /// [`CasterSet::id`] of the casters.
     set: u64,
-    /// Views to render or rendered last, in order.
+    /// Views that must be rendered, or were rendered last, in order.
     pub pending: Vec<usize>,
-    /// Views whose groups were looked for last.
+    /// Number of views whose groups were searched for last.
     pub searched: usize,
-    /// Whether the other maps are in their places only after the frame ran.
+    /// Whether the other maps reach their places only when the frame runs.
     moving: bool,
     /// Whether the frame is not known to have run.
     lost: bool,
@@ -25,7 +25,7 @@ pub(in crate::shadows) struct MapCache {
 
 /// An input from the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Input {
+enum CachedInput {
     /// Index of the set.
     Casters(usize),
     Depth {
@@ -40,7 +40,7 @@ struct CachedView {
     /// Indices of the groups that the view may see.
     groups: Vec<u32>,
     /// The host's inputs that the view may see, each with its version.
-    inputs: Vec<(Input, Option<u64>)>,
+    inputs: Vec<(CachedInput, Option<u64>)>,
     /// Occluders of the view, and the number of casters that they hid.
     occluders: Occluders,
     hidden: u64,
@@ -48,7 +48,7 @@ struct CachedView {
     hides: Option<u32>,
     /// Generation of the inputs; no later change is in the map. 0 for never rendered.
     at: u64,
-    /// Whether it is among those to render or rendered last.
+    /// Whether it is among the pending views.
     pending: bool,
 }
 
@@ -70,10 +70,10 @@ impl CachedView {
 }
 
 impl MapCache {
-    /// The cache after `self`, or after an empty one. A view is pending if its own parameters, its groups or a
-    /// caster within a group changed, opaque or filtering, before a move or after it. The view's matrix is
-    /// compared, not its camera: a camera's move that leaves the matrix unchanged keeps the map. `hides`:
-    /// nodes of a curve, if groups behind opaque surfaces are culled.
+    /// The cache after `self`, or after an empty one. A view is pending if its own parameters, its groups or
+    /// a caster within a group changed, opaque or filtering, before a move or after it. The view's matrix is
+    /// compared, not its camera: a move of the camera that leaves the matrix unchanged keeps the map.
+    /// `hides`: nodes of a curve, if groups behind opaque surfaces are culled.
     #[must_use]
     pub(in crate::shadows) fn followed(
         mut self,
@@ -95,12 +95,12 @@ impl MapCache {
             inputs.extend(
                 casters
                     .host_versions(&gpu_view)
-                    .map(|(set, version)| (Input::Casters(set), version)),
+                    .map(|(set, version)| (CachedInput::Casters(set), version)),
             );
             inputs.extend(
-                depth.map(|depth| (Input::Depth { instead: depth.instead }, depth.version)),
+                depth.map(|depth| (CachedInput::Depth { instead: depth.instead }, depth.version)),
             );
-            // The host's depth map that replaces them has unknown occluders.
+            // A host's depth map that replaces them has unknown occluders.
             let hides = hides.filter(|_| depth.is_none_or(|depth| !depth.instead));
             let is_new = index == self.views.len();
             if is_new {

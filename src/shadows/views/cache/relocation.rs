@@ -21,7 +21,8 @@ struct Move {
 }
 
 impl Relocation {
-    /// Moves the views `kept` of `old` and of `raw`, its maps before softening, to their rectangles in `maps`. `None` if no view is kept.
+    /// Moves the views `kept` of `old`, and of `raw`, its maps before softening, to their rectangles in
+    /// `maps`. `None` if no view is kept.
     pub(in crate::shadows) fn new(
         old: Maps,
         raw: Option<Maps>,

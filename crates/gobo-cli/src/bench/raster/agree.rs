@@ -35,24 +35,24 @@ impl Difference {
     }
 }
 
-/// Rounding of the other renderer, which may cause differences.
+/// Rounding of the other renderer, a possible cause of differences.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Rounding<'a> {
-    /// The product to 11 bits at every blend, the depth to fp16; layers of each texel.
+    /// The product to 11 bits at every blend, the depth to fp16; with the layers of each texel.
     Half(&'a [u32]),
     /// The product to 24 bits.
     Float,
 }
 
-/// Error of F from which a texel is wrong.
+/// Error of F above which a texel is wrong.
 const FILTER_OFF: f32 = 0.02;
-/// Products below this are written as 0 by the compute path: invisible.
+/// The compute path writes products below this as 0: they are invisible.
 const DARK: f32 = 1.0 / 1024.0;
 /// Limits of the mean: both paths hold colours and opacities in 11 to 16 bits, and F in 11.
 const MEAN_LIMIT: f64 = 0.002;
 const FILTER_LIMIT: f64 = 0.002;
-/// Limit of the share of wrong depths. At a = 1/255 rounding decides whether a hit counts, on the rim of
-/// every disc. If that hit is the nearest, D is that of another disc.
+/// Limit of the share of wrong depths. At a = 1/255, on the rim of every disc, rounding decides whether a hit
+/// counts. If that hit is the nearest, D is that of another disc.
 const DEPTH_LIMIT: f64 = 0.01;
 
 impl Rounding<'_> {
@@ -65,7 +65,7 @@ impl Rounding<'_> {
         }
     }
 
-    /// Error of D from which a texel is wrong.
+    /// Error of D above which a texel is wrong.
     fn depth_off(self) -> f32 {
         match self {
             // An fp16 below 1 is off by at most 2^-11; the rest is margin.
@@ -132,7 +132,7 @@ pub(crate) fn agree(
     ))
 }
 
-/// Number of quads over each texel of a view's map: how often it is blended.
+/// Number of quads over each texel of a view's map: the number of its blends.
 pub(crate) fn layers(particles: &[Particle], view: &View) -> Vec<u32> {
     let (width, height) = (view.size.x as usize, view.size.y as usize);
     // Corners of the rectangles; their sums over all texels above and to the left are the layers.

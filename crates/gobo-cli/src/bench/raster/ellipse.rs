@@ -7,17 +7,17 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ellipse {
-    /// [texels]
+    /// Centre [texels].
     pub(crate) center: DVec2,
     /// Light depth at its centre.
     pub(crate) depth: f64,
     /// Principal axes of one deviation [texels].
     pub(crate) axes: [DVec2; 2],
-    /// Change of the light depth over each.
+    /// Change of the light depth along each axis.
     pub(crate) tilt: DVec2,
-    /// Where it ends [deviations].
+    /// Distance at which it ends [deviations].
     pub(crate) reach: f64,
-    /// At its centre.
+    /// Opacity at its centre.
     pub(crate) opacity: f64,
 }
 
@@ -49,19 +49,19 @@ impl Ellipse {
         }
     }
 
-    /// Place along its axes [deviations].
+    /// Position in its axes [deviations].
     pub(crate) fn place(&self, texel: DVec2) -> DVec2 {
         let away = texel - self.center;
         DVec2::from_array(self.axes.map(|axis| away.dot(axis) / axis.length_squared()))
     }
 
-    /// Half the box around all within `reach` deviations along each axis [texels].
+    /// Half the box around everything within `reach` deviations [texels].
     pub(crate) fn half_box(&self, reach: f64) -> DVec2 {
         (self.axes[0].abs() + self.axes[1].abs()) * reach
     }
 }
 
-/// Number of quads over each texel of a view's map: how often it is blended.
+/// Number of quads over each texel of a view's map: the number of its blends.
 pub(crate) fn layers(gaussians: &[Gaussian], view: &View) -> Vec<u32> {
     let mut layers = vec![0; (view.size.x * view.size.y) as usize];
     let last = view.size.as_dvec2();

@@ -1,4 +1,4 @@
-//! The baseline: the same maps by the raster pipeline, in the two ways common in renderers.
+//! The baseline: the same maps by the raster pipeline, in the two ways that renderers use.
 //!
 //! - [`Recipe::OnePass`] (Wicked Engine): light-facing quads; colour is multiplied into an RGBA16F
 //!   target, the nearest depth goes to its alpha by a MIN blend; depth test against the opaque map,
@@ -6,10 +6,10 @@
 //! - [`Recipe::TwoPass`] (`StarCraft II`): the nearest depth by a pass that writes a depth buffer, then
 //!   the colour.
 //!
-//! The casters are soft discs, or splats, whose quads are the rectangles along an ellipse's axes, with the `filter`
-//! transfer, in directional views. Values that depend on the caster and the view alone (the enlargement of what is
-//! smaller than a texel, `a(1 - c)`, a splat's axes) are computed once, at the upload: the raster path gets for free
-//! what `project` computes in every frame.
+//! The casters are soft discs, or splats, whose quads are the rectangles along an ellipse's axes, with the
+//! `filter` transfer, in directional views. Values that depend only on the caster and the view (the
+//! enlargement of casters smaller than a texel, `a(1 - c)`, a splat's axes) are computed once, at the upload:
+//! the raster path gets for free what `project` computes in every frame.
 pub(crate) mod agree;
 pub(crate) mod depth;
 pub(crate) mod ellipse;
@@ -81,12 +81,12 @@ pub(crate) struct Raster {
     filter_only: wgpu::RenderPipeline,
     depth_only: wgpu::RenderPipeline,
     indices: Option<wgpu::Buffer>,
-    targets: Vec<Target>,
+    targets: Vec<RasterTarget>,
 }
 
 /// A view's maps.
 #[derive(Debug)]
-struct Target {
+struct RasterTarget {
     draws: Draws,
     bindings: wgpu::BindGroup,
     size: [u32; 2],
@@ -129,7 +129,7 @@ impl Raster {
         let targets = views
             .iter()
             .zip(draws)
-            .map(|(view, draws)| Target::new(gpu, &layout, precision, view, draws));
+            .map(|(view, draws)| RasterTarget::new(gpu, &layout, precision, view, draws));
         Self {
             geometry,
             precision,
@@ -167,7 +167,7 @@ impl Raster {
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         pipeline: &wgpu::RenderPipeline,
-        target: &Target,
+        target: &RasterTarget,
     ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &target.bindings, &[]);
@@ -205,7 +205,7 @@ impl Raster {
     }
 }
 
-impl Target {
+impl RasterTarget {
     fn new(
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,

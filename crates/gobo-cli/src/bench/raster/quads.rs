@@ -1,4 +1,5 @@
-//! Vertices of the casters' quads. What depends on a caster and a view alone is computed once, at the upload.
+//! Vertices of the casters' quads. Values that depend only on a caster and a view are computed once, at the
+//! upload.
 use super::{
     Geometry,
     agree::layers as layers_of_discs,
@@ -14,7 +15,7 @@ use gobo::{
 };
 use half::f16;
 
-/// Casters of a case: soft discs or splats, of the `filter` transfer.
+/// Casters of a case: soft discs or splats, with the `filter` transfer.
 #[derive(Clone, Debug)]
 pub(crate) enum Inputs {
     Discs(Vec<Particle>),
@@ -24,7 +25,7 @@ pub(crate) enum Inputs {
 /// Quads per draw: bounds the size of a vertex buffer.
 const DRAW_QUADS: usize = 1 << 20;
 
-/// Buffers of vertices, and the quads in each.
+/// Buffers of vertices, and the number of quads in each.
 pub(super) type Draws = Vec<(wgpu::Buffer, u32)>;
 
 #[repr(C)]
@@ -36,17 +37,17 @@ struct DiscVertex {
     shade: [f16; 4],
 }
 
-/// A rectangle along an ellipse's axes, up to where the splat ends.
+/// A rectangle along an ellipse's axes, up to the splat's end.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct SplatVertex {
-    /// In clip space.
+    /// Centre in clip space.
     center: Vec3,
-    /// [deviations]
+    /// Distance at which it ends [deviations].
     reach: f32,
     /// Half axes, in clip space.
     axes: [Vec2; 2],
-    /// Change of the depth over each.
+    /// Change of the depth along each axis.
     tilt: Vec2,
     shade: [f16; 4],
 }

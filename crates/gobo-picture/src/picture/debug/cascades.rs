@@ -19,8 +19,8 @@ const COLORS: [[f32; 3]; 6] = [
     [0.35, 0.95, 0.95],
 ];
 
-/// Surfaces tinted by the colour of their cascade, for the first light with cascades; grey beyond the last.
-/// A surface between two cascades has the nearer one's colour. Blocks.
+/// Surfaces tinted by the colour of their cascade, for the first light with cascades; grey beyond the last. A
+/// surface between two cascades has the colour of the nearer one. Blocks.
 pub(crate) fn cascades(
     gpu: &Gpu,
     prepared: &PreparedPicture,
@@ -57,7 +57,7 @@ pub(crate) fn cascades(
     Ok(Picture { size: picture.size, rgb: rgb.collect(), light: Vec::new() })
 }
 
-/// Whether the view's map contains a point with its filter.
+/// Whether the view's map contains a point together with its filter.
 fn holds(view: &View, point: Vec3) -> bool {
     let p = view.view_from_world.transform_point3(point);
     let position = Vec2::new(p.x, -p.y) * view.scale + view.size.as_vec2() * 0.5;

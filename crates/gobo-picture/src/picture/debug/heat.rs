@@ -53,7 +53,7 @@ pub(super) fn draw(picture: &Picture, values: &[Heat], title: &str) -> Picture {
             Heat::Value(value) => ramp(value as f32 / end as f32),
             Heat::Overflow(_) => OVERFLOW,
         };
-        // Half of a colour shows, however dark the picture.
+        // Half of the colour shows, however dark the picture.
         color.map(|c| (f32::from(c) * (0.5 + 0.5 * luminance / 255.0)) as u8)
     });
     let mut image = Picture { size: picture.size, rgb: pixels.collect(), light: Vec::new() };

@@ -7,8 +7,8 @@ use gobo::{
     records::{COLORED_BIT, Picture, SLOTS},
 };
 
-/// Image of the masks, one below the other: their first three channels as red, green and blue, and next to
-/// them the fourth. Channels without a light are black. Blocks.
+/// Image of the masks, one below the other: their first three channels as red, green and blue, and the fourth
+/// beside them. Channels without a light are black. Blocks.
 pub(crate) fn masks(
     gpu: &Gpu,
     prepared: &PreparedPicture,

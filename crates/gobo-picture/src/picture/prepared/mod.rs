@@ -33,11 +33,11 @@ use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
 /// A picture, ready to be recorded after the maps that light it.
 #[derive(Debug)]
 pub struct PreparedPicture {
-    /// From casters to the pairs of both lists, or to footprints if the picture is drawn in parts.
+    /// Kernels from casters to the pairs of both lists, or to footprints if the picture is drawn in parts.
     listing: Commands,
-    /// To the number of pairs of its parts.
+    /// Kernels from footprints to the pair counts of the picture's parts.
     counting: Commands,
-    /// All else.
+    /// All other kernels.
     drawing: Commands,
     capacity: PictureCapacity,
     clusters: Clusters,
@@ -69,7 +69,7 @@ pub(super) struct Targets {
 }
 
 impl Targets {
-    /// The radiance is what the bands write, before what is done to the whole picture.
+    /// The radiance is that of the bands, before the passes over the whole picture.
     fn new(
         allocator: &mut Allocator<'_>,
         size: UVec2,
@@ -93,7 +93,7 @@ impl Targets {
 }
 
 impl PreparedPicture {
-    /// Prepares a picture, with what it can take over from `kept`.
+    /// Prepares a picture, and takes over the parts of `kept` that still fit.
     ///
     /// # Errors
     /// If a later frame has taken the maps over, or the device has no room.
@@ -131,7 +131,7 @@ impl PreparedPicture {
         let mut targets =
             Targets::new(&mut allocator, size, lit_count, lattice_points, rects.len())?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
-        // With all their levels, of which maps read the first alone.
+        // With all their levels; maps read only the first.
         let images = array_view(&shadows.casters()?.images);
         let resources = shadows
             .casters()?
@@ -244,7 +244,7 @@ impl PreparedPicture {
         self.counting.record(encoder, timeline);
     }
 
-    /// Records what [`Self::record`] does behind the recorded [`Self::record_counts`].
+    /// Records the rest of [`Self::record`], after [`Self::record_counts`].
     pub fn record_counted(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
         self.lighting.levels.iter().for_each(|levels| levels.record(encoder, timeline));
         self.drawing.record(encoder, timeline);

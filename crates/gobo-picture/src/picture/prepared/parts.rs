@@ -15,8 +15,8 @@ pub(super) struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// From the pairs of the only part, or from footprints to pixels. `masking`: makes the masks of visible surfaces;
-    /// empty without masks.
+    /// From the pairs of the only part, or from footprints, to pixels. `masking`: makes the masks of visible
+    /// surfaces; empty without masks.
     pub(super) fn drawing(&self, masking: &[Dispatch]) -> Commands {
         let in_parts = self.count > 1;
         let mut commands = self.shading.casters();

@@ -1,10 +1,10 @@
-//! Reads back what a picture holds: pixels, light, masks, clusters, costs and counters.
+//! Reads a picture's results back: pixels, light, masks, clusters, costs and counters.
 use super::{PictureCapacity, PreparedPicture};
 use crate::picture::air::Air;
 use gobo::{
     Error,
     gpu::Gpu,
-    records::{ClusterCounters, Grid, MaskSlots, Picture},
+    records::{ClusterCounters, ClusterGrid, MaskSlots, Picture},
     shadows::{ListCounters, roomy},
 };
 
@@ -32,7 +32,7 @@ impl PreparedPicture {
     }
 
     /// Grid of the camera's clusters.
-    pub fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &ClusterGrid {
         &self.clusters.grid
     }
 
@@ -89,13 +89,13 @@ impl PreparedPicture {
         Ok(sums)
     }
 
-    /// Capacities with which nothing is missing in the picture, nor in one that needs a little more; `None` if they
-    /// suffice already. `budget`: of pairs. Blocks.
+    /// Capacities that suffice for the picture, and for one that needs a little more; `None` if the present
+    /// ones suffice. `budget`: of pairs. Blocks.
     pub fn needs(&self, gpu: &Gpu, budget: u32) -> Result<Option<PictureCapacity>, Error> {
         let parts = self.read_parts(gpu)?;
         let lists = || parts.iter().flatten();
         let mut wanted = self.capacity;
-        // Rounds of the longest tile; every other tile has two at least.
+        // Rounds of the longest tile; every other tile has at least two.
         let rounds = lists().map(|counted| {
             counted.segment_count.saturating_sub(2 * counted.merged_count.saturating_sub(1))
         });

@@ -3,7 +3,7 @@ use crate::picture::band_memory::BandMemory;
 use glam::Vec3;
 use gobo::{
     model::{Environment, Scene, View},
-    records::{FormerSlots, Grid, ImageDetail, LightRecords, OcclusionRadius},
+    records::{ClusterGrid, FormerSlots, ImageDetail, LightRecords, OcclusionRadius},
     shadows::{Prepared, masks::MaskTextures},
     stage::light_points::PictureParams,
 };
@@ -19,7 +19,7 @@ pub struct PictureRequest<'a> {
     pub camera: &'a View,
     /// Maps of the scene's casters and lights, of the last frame.
     pub prepared: &'a Prepared,
-    /// Room that the picture has.
+    /// Capacities of the picture.
     pub capacity: PictureCapacity,
 }
 
@@ -30,11 +30,11 @@ impl PictureRequest<'_> {
         LightRecords::new(lights, prepared.views(), prepared.gpu_views(), &scene.shadow)
     }
 
-    /// `first_setup`: footprint of the translucent setup with number 0, modulo 2^32.
+    /// `first_setup`: footprint with the translucent setup 0, modulo 2^32.
     pub(super) fn params(
         &self,
         records: &LightRecords,
-        grid: &Grid,
+        grid: &ClusterGrid,
         first_setup: u32,
     ) -> PictureParams {
         let Self { scene, camera, prepared, .. } = self;
@@ -82,8 +82,8 @@ pub struct Kept {
     pub(in crate::picture) environment: Option<(Arc<Environment>, Texture)>,
 }
 
-/// Capacities that a picture is prepared with. The default suffices for most; [`PreparedPicture::needs`](super::PreparedPicture::needs)
-/// returns what a recorded picture needed.
+/// Capacities that a picture is prepared with. The default suffices for most;
+/// [`PreparedPicture::needs`](super::PreparedPicture::needs) returns what a recorded picture needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureCapacity {
     /// Pair capacity, within the budget.

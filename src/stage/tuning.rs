@@ -1,30 +1,32 @@
-//! Tuning for a device, decided here and nowhere else. Kernels read it by overrides and `choice::` imports;
-//! code that only llvmpipe needs is in `wgsl/llvmpipe/` and [`super::llvmpipe`], and without it only speed
-//! is lost.
+//! Tuning for a device, decided here and nowhere else. Kernels read it by overrides and `choice::` imports.
+//! Code that only llvmpipe needs is in `wgsl/llvmpipe/` and [`super::llvmpipe`]; without it only speed is
+//! lost.
 use super::{
     bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
     buckets::BUCKET_PAIRS,
     llvmpipe,
-    sort::Shape,
+    sort::Partition,
 };
 use crate::gpu::{Choice, Constant, KernelDesc};
 
-/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and `disc_segment`, which
-/// change their rounding.
+/// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and
+/// `disc_segment`, which change their rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Profile {
-    /// Shape of the work of sort and bin.
-    pub shape: Shape,
+pub struct Tuning {
+    /// Partition of the work of sort and bin.
+    pub partition: Partition,
     /// Pairs of a segment of soft discs.
     pub disc_segment: u32,
-    /// Most pairs of a list that is binned by buckets, without a sort; none on software adapters, whose atomics cost more.
+    /// Most pairs of a list that is binned by buckets, without a sort; none on software adapters, whose
+    /// atomics cost more.
     pub bucket_pairs: u32,
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in registers, as what
-    /// look-ups lay aside, and all loops over them are written out. On llvmpipe, which loads workgroup memory slowly;
-    /// SwiftShader's compiler takes minutes for such a kernel, and in a browser ends with the process: the software there.
+    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves and the
+    /// values that look-ups lay aside in registers, and all loops over them unrolled. On llvmpipe, which
+    /// loads workgroup memory slowly. Not on SwiftShader, whose compiler takes minutes for such a kernel, and
+    /// in a browser takes the process with it.
     pub columns: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.
@@ -42,15 +44,15 @@ pub struct Profile {
     pub loaded: bool,
 }
 
-impl Profile {
-    /// The profile of an adapter.
+impl Tuning {
+    /// The tuning of an adapter.
     pub fn of(adapter: &wgpu::AdapterInfo) -> Self {
         let is_software = adapter.device_type == wgpu::DeviceType::Cpu;
         let is_swiftshader = adapter.driver.starts_with("SwiftShader")
             || adapter.backend == wgpu::Backend::BrowserWebGpu;
         let lanes = [adapter.subgroup_min_size, adapter.subgroup_max_size];
         Self {
-            shape: if is_software { Shape::Serial } else { Shape::Wide },
+            partition: if is_software { Partition::Serial } else { Partition::Wide },
             disc_segment: if is_software { DISC_SEGMENT } else { WIDE_DISC_SEGMENT },
             bucket_pairs: if is_software { 0 } else { BUCKET_PAIRS },
             scatter_tiny: !is_software,
@@ -69,12 +71,12 @@ impl Profile {
         [
             ("WIDE", flag(self.wide)),
             ("KINDS_APART", flag(self.kinds_apart)),
-            // Where that is written out.
+            // Where the loop is unrolled.
             ("CELLS_AT_ONCE", if self.columns { 5.0 } else { 1.0 }),
         ]
     }
 
-    /// Workgroups in z that share the texels of a kernel's tile. WGSL: `SHARES`.
+    /// Workgroups in z that share the texels of a tile. WGSL: `SHARES`.
     pub fn tile_shares(&self, desc: &KernelDesc) -> u32 {
         let has = |name| desc.choices().any(|choice| choice.name == name);
         match (has("rows"), has("column")) {
