@@ -150,10 +150,11 @@ pub struct Material {
     /// (a leaf, a lampshade) in the picture, in that material's colour; on the light's side, its transmission
     /// is missing. Maps ignore it: add triangles of that material for the shadow. Default none.
     pub far_side: Option<u32>,
-    /// Index into [`crate::model::Scene::materials`] of what the picture shows of its opaque triangles texel by texel: that
-    /// material's texture has the share of the ambient light that gets there in red, the roughness in green and the metalness
-    /// in blue, its emissive texture normals as of glTF (a channel of 0.5 is 0; red along u, green against v, blue off the
-    /// surface). All are linear where the texture is sampled. Default none.
+    /// Index into [`crate::model::Scene::materials`] of what the picture shows of its opaque triangles texel
+    /// by texel: that material's texture has the share of the ambient light that gets there in red, the
+    /// roughness in green and the metalness in blue, its emissive texture normals as of glTF (a channel of
+    /// 0.5 is 0; red along u, green against v, blue off the surface). All are linear where the texture is
+    /// sampled. Default none.
     pub details: Option<u32>,
     /// Blur of the scene behind a pane, as a radius per distance, 0..=1: frosted glass. Default 0.
     pub frost: f32,

@@ -49,7 +49,8 @@ pub struct Counters {
     /// Maps that are smaller than they should be, because the atlas is full.
     pub shrunk: u64,
     /// Nodes that the curves of all views lack of those that were asked for, because they did not fit
-    /// [`ShadowSettings::curve_budget`](super::ShadowSettings::curve_budget): where that is all of them, receivers read nearest depths.
+    /// [`ShadowSettings::curve_budget`](super::ShadowSettings::curve_budget): where that is all of them,
+    /// receivers read nearest depths.
     pub nodes_dropped: u64,
     /// Maps of lights with a size whose levels were made.
     pub levels_made: u64,

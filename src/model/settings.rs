@@ -47,9 +47,10 @@ pub struct ShadowSettings {
     /// Texel capacity of the maps of all views together; maps are halved until they fit. Default 2^27: 1 GiB
     /// of filters and half as much for each kind of depths.
     pub texel_budget: u64,
-    /// What the curves of all views may take together \[bytes\]: with more they have half of [`Self::nodes`], or four, and where
-    /// these do not fit, receivers read nearest depths ([`Self::within_curve_budget`]); `Counters::nodes_dropped` says so.
-    /// Default 2^31: 8 nodes for 32 maps of 1024 x 1024.
+    /// Most memory of the curves of all views together \[bytes\]: with more they have half of
+    /// [`Self::nodes`], or four, and where these do not fit, receivers read nearest depths
+    /// ([`Self::within_curve_budget`]); `Counters::nodes_dropped` says so. Default 2^31: 8 nodes for 32 maps
+    /// of 1024 x 1024.
     pub curve_budget: u64,
     /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern. Default
     /// false.

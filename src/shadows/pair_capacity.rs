@@ -76,7 +76,8 @@ impl PairCapacity {
         });
     }
 
-    /// The last frames that were counted, if these had as many uploaded casters.
+    /// Pairs that frames of so many uploaded casters are expected to need at most, if the last that were
+    /// counted had as many.
     pub fn counted_of(&self, casters: u64) -> Option<CountedFrames> {
         self.counted.filter(|counted| counted.casters == casters)
     }

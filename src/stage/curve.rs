@@ -48,7 +48,7 @@ pub(super) const RAY_SEGMENT: Choice = Choice::new("output", "curve/ray_segment.
 const RAY_RESOLVED: Choice = Choice::new("output", "curve/ray_resolve.wgsl");
 /// Stores curves and maps.
 const STORED: Choice = Choice::new("maps", "curve/maps_stored.wgsl");
-/// Storage of finished nodes; [`Profile`](super::profile::Profile) may replace it.
+/// Storage of finished nodes; [`Tuning`](super::tuning::Tuning) may replace it.
 const WRITTEN: Choice = Choice::new("written", "curve/written_at_once.wgsl");
 const TWO_WALKS: Choice = Choice::new("traversal", "curve/two_walks.wgsl");
 /// One of the two walks.

@@ -1,4 +1,4 @@
-//! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Profile`](super::profile::Profile). Without
+//! Kernels for llvmpipe alone: `wgsl/llvmpipe/`, chosen by [`Tuning`](super::tuning::Tuning). Without
 //! them, and without `queued`, `interleaved`, `columns` and `loaded`, only speed is lost.
 use super::{
     accumulate::{DISCS, MAPS, PLAIN, SPLATS},

@@ -35,12 +35,12 @@ pub(super) const SCAN: Choice = Choice::by_tier(
 );
 /// Lanes load and test casters of any kind, and broadcast them.
 pub const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
-/// Maps a workgroup to the tile of its index; [`Profile`](super::profile::Profile) may replace it.
+/// Maps a workgroup to the tile of its index; [`Tuning`](super::tuning::Tuning) may replace it.
 pub const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
 /// Texels that an invocation holds; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
 /// Texels that an invocation holds where all casters are of one simple kind;
-/// [`Profile`](super::profile::Profile) may replace it.
+/// [`Tuning`](super::tuning::Tuning) may replace it.
 const COLUMN: Choice = Choice::new("column", "traversal/column_two.wgsl");
 /// Hits that wait for late ones; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");

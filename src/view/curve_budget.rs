@@ -9,9 +9,9 @@ const LEAST: u32 = 4;
 const NODE_BYTES: u64 = 8;
 
 impl ShadowSettings {
-    /// These settings with as many nodes as the curves of `views` have within [`Self::curve_budget`]: half of them until they
-    /// fit, and [`Receiver::Nearest`] where four do not. What [`Shadows`](crate::Shadows) renders; a host whose maps must not
-    /// change when views are added asks with all of them.
+    /// These settings with as many nodes as the curves of `views` have within [`Self::curve_budget`]: half of
+    /// them until they fit, and [`Receiver::Nearest`] where four do not. What [`Shadows`](crate::Shadows)
+    /// renders; a host whose maps must not change when views are added asks with all of them.
     #[must_use]
     pub fn within_curve_budget(&self, views: &[View]) -> Self {
         let mut settings = *self;

@@ -12,8 +12,9 @@ use crate::{
 };
 use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};
 
-/// Up vector of a light that looks along `forward` (unit). Its map turns without a step wherever the light does, but at the
-/// vertical itself, where it goes on upside down or by a quarter turn: texels are then where they were.
+/// Up vector of a light that looks along `forward` (unit). Its map turns without a step wherever the light
+/// does, but at the vertical itself, where it goes on upside down or by a quarter turn: texels are then where
+/// they were.
 pub(super) fn light_up(forward: Vec3) -> Vec3 {
     if Source::is_upright(forward) { Vec3::Z } else { Vec3::Y }
 }

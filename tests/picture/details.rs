@@ -1,4 +1,5 @@
-//! Images of roughness, metal, normals and ambient light: pictures of a square beside closed forms, texel by texel.
+//! Images of roughness, metal, normals and ambient light: pictures of a square beside closed forms, texel by
+//! texel.
 use crate::common::{
     TIERS, files::Folder, gpu, model::Glb, reference_picture, scenes::light as lamp,
 };
@@ -15,7 +16,7 @@ use std::f64::consts::PI;
 const SIZE: u32 = 48;
 const FOV: f32 = 0.3;
 const EYE: DVec3 = DVec3::new(0.0, 3.0, 0.0);
-/// Of the light, as it travels.
+/// Direction in which the light travels.
 const ALONG: Vec3 = Vec3::new(-0.42, -1.0, 0.16);
 const COLOR: [f64; 3] = [0.8, 0.5, 0.2];
 /// Bytes of roughness and metal to the left and to the right.
@@ -86,8 +87,8 @@ fn light(scene: &Scene) -> Vec<[f32; 3]> {
     expected
 }
 
-/// Pixels whose texels and their neighbours are of one quarter, with the place that they show, and whether it is to the right
-/// and in front.
+/// Pixels whose texels and their neighbours are of one quarter, with the place that they show, and whether it
+/// is to the right and in front.
 fn places() -> impl Iterator<Item = (usize, DVec3, bool, bool)> {
     let half = f64::from(SIZE) / 2.0;
     let slope = move |i: u32| (f64::from(i) + 0.5 - half) / half * f64::from(FOV / 2.0).tan();

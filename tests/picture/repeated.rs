@@ -93,3 +93,23 @@ fn a_picture_has_room_for_the_next_ones() {
     assert!(needs.is_sorted_by(|a, b| a < b) && needs[0] > 1 << 20, "{needs:?}");
     assert_eq!(grown, 1, "{needs:?}");
 }
+
+/// A frame that does not fit is counted before it is drawn, and drawn once; the next frames have room.
+#[test]
+fn pictures_whose_capacities_grow_are_drawn_once() {
+    let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
+    let mut scene = empty(vec![material(Transfer::Filter)]);
+    scene.camera.size = UVec2::splat(480);
+    scene.particles = random_discs(9000, 7);
+    scene.particles.iter_mut().for_each(|particle| particle.radius = 1.2);
+    scene.samples = 1;
+    let options = RenderOptions { keep: true, ..RenderOptions::default() };
+    let mut grown = Vec::new();
+    for _ in 0..2 {
+        let counters = renderer.render(&scene, &options).unwrap().counters;
+        assert_eq!(counters.pictures_drawn, 1, "{counters:?}");
+        grown.push(counters.capacities_grown);
+        scene.camera.eye *= 0.995;
+    }
+    assert!(grown[0] > 0 && grown[1] == 0, "{grown:?}");
+}

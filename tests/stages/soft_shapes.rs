@@ -333,8 +333,8 @@ fn a_floor_behind_a_bar_and_a_wall_is_dark() {
     assert!(worst < 0.12, "{worst}");
 }
 
-/// A spot with a rectangle that swings past 8 degrees off the vertical, aslant to the axes of the world: its map turns as little
-/// there as anywhere else.
+/// A spot with a rectangle that swings past 8 degrees off the vertical, aslant to the axes of the world: its
+/// map turns as little there as anywhere else.
 #[test]
 fn maps_turn_without_a_step_near_the_vertical() {
     let direction = |degrees: f32| {

@@ -8,7 +8,8 @@ import package::features::{NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::broadcast_disc;
 import package::llvmpipe::curve_few::{start_few, store_few, visit_few};
 import package::llvmpipe::curve_state::{
-    changes, counts_on, few_rows, has_many, lost_light, lost_so_far, sample_changes, sample_lost, sample_lost_so_far, seeks,
+    changes, counts_on, few_rows, has_many, lost_light, lost_so_far, sample_changes, sample_lost,
+    sample_lost_so_far, seeks,
 };
 import package::llvmpipe::curve_texels::{
     add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample,

@@ -82,8 +82,9 @@ fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
     let has_normal = dot(surface.xyz, surface.xyz) > 0.0;
     let is_wide = beyond_spline(light) > 0.0;
     let slope = (view.view_from_world * vec4(surface.xyz, 0.0)).xy;
-    let sine = select(surface.w / lift(light), length(slope), is_wide);
-    let raised = select(surface.w, wide_lift(light, slope), is_wide);
+    let seen_sine = surface.w / lift(light);
+    let sine = select(seen_sine, max(seen_sine, length(slope)), is_wide);
+    let raised = select(surface.w, max(surface.w, wide_lift(light, slope)), is_wide);
     let least = select(0.0, CASTER_BIAS, kept.w > 0.0);
     let bias = depth_bias(light, view, texel, select(0.0, sine, has_normal), least);
     let covered = bias * sqrt(max(1.0 - sine * sine, 0.0));

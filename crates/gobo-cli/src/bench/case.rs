@@ -27,8 +27,8 @@ pub(super) struct Case {
     pub(super) size: u32,
 }
 
-/// The discs of a case and its view, for measurements of their maps: of the default material, `footprint` \[texels\] wide in
-/// the mean, spread over a map of 1024 x 1024 texels.
+/// The discs of a case and its view, for measurements of their maps: of the default material, `footprint`
+/// \[texels\] wide in the mean, spread over a map of 1024 x 1024 texels.
 #[doc(hidden)]
 pub fn bench_discs(casters: u32, footprint: f32) -> (Vec<Particle>, View) {
     let case = Case {

@@ -120,7 +120,7 @@ const GEOMETRY_TRIES: usize = 4;
 
 impl Bench {
     pub(super) fn new(gpu: Gpu, arguments: &BenchArguments) -> Self {
-        // What is measured is what was asked for.
+        // The measured settings are those that were asked for.
         let mut settings = ShadowSettings { curve_budget: u64::MAX, ..ShadowSettings::default() };
         if let Some(pairs) = arguments.pair_budget {
             settings.pair_budget = pairs;

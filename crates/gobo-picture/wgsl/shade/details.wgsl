@@ -1,4 +1,5 @@
-// What images say of an opaque surface texel by texel. CPU reference: crates/gobo-reference/src/shade/details.rs.
+// Properties of an opaque surface that images give texel by texel. CPU reference:
+// crates/gobo-reference/src/shade/details.rs.
 
 import package::bind::sampled::triangles;
 import package::bind::uniform::materials;
@@ -47,8 +48,8 @@ fn corner_at(id: u32, i: u32) -> vec4<f32> {
     return bitcast<vec4<f32>>(textureLoad(triangles, record_texel(id * TRIANGLE_TEXELS + i), 0));
 }
 
-// The normal of an image in the frame of a triangle: along u, against v, and off the surface. The side that is seen from
-// behind has the same normals turned round.
+// The normal of an image in the frame of a triangle: along u, against v, and off the surface. The side that
+// is seen from behind has the same normals turned round.
 fn bent(id: u32, barycentric: vec3<f32>, normal: vec3<f32>, by: vec3<f32>) -> vec3<f32> {
     let a = corner_at(id, 0u);
     let right = corner_at(id, 1u) - a;
@@ -64,7 +65,7 @@ fn bent(id: u32, barycentric: vec3<f32>, normal: vec3<f32>, by: vec3<f32>) -> ve
     return select(normal, found / max(size, 1e-6), size > 1e-6);
 }
 
-// What of an axis is in the plane of a normal, unit; zero for none.
+// Part of an axis in the plane of a normal, unit; zero for none.
 fn flat_axis(axis: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     let unit = axis / max(max(abs(axis.x), max(abs(axis.y), abs(axis.z))), 1e-30);
     let flat = unit - normal * dot(unit, normal);

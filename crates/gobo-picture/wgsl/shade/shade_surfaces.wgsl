@@ -6,7 +6,9 @@ import choice::catcher::caught;
 import package::bind::sampled::{casters, seen_pixels};
 import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
-import package::features::{HAS_CAPSULES, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES};
+import package::features::{
+    HAS_CAPSULES, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
+};
 import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
 import package::records::capsule::capsule_of;
 import package::records::caster::{look_material, particle_object};

@@ -1,4 +1,5 @@
-//! CPU reference of `crates/gobo-picture/wgsl/shade/details.wgsl`: what images say of an opaque surface texel by texel.
+//! CPU reference of `crates/gobo-picture/wgsl/shade/details.wgsl`: what images say of an opaque surface texel
+//! by texel.
 use super::seen::Seen;
 use crate::hit::HitTriangle;
 use glam::{Vec2, Vec3};
@@ -7,7 +8,7 @@ use gobo::{
     records::{Footprint, TriangleRecord, from_octahedral},
 };
 
-/// What images say of a surface.
+/// Properties of a surface that images give.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Details {
     /// Unit, on the eye's side of the face.
@@ -19,7 +20,8 @@ pub(super) struct Details {
 }
 
 impl Seen<'_> {
-    /// What images say of the surface where the ray meets it. `normal`: interpolated, on the eye's side.
+    /// Properties that images give the surface where the ray meets it. `normal`: interpolated, on the eye's
+    /// side.
     pub(super) fn details(
         &self,
         material: &Material,
@@ -48,8 +50,8 @@ impl Seen<'_> {
     }
 }
 
-/// The normal of an image in the frame of a triangle: along u, against v, and off the surface. The side that is seen from
-/// behind has the same normals turned round.
+/// The normal of an image in the frame of a triangle: along u, against v, and off the surface. The side that
+/// is seen from behind has the same normals turned round.
 fn bent(record: &TriangleRecord, barycentric: Vec3, normal: Vec3, by: Vec3) -> Vec3 {
     let [a, b, c] = record.positions_u;
     let (right, up) = (b - a, c - a);
@@ -66,7 +68,7 @@ fn bent(record: &TriangleRecord, barycentric: Vec3, normal: Vec3, by: Vec3) -> V
     if length > 1e-6 { found / length } else { normal }
 }
 
-/// What of an axis is in the plane of a normal, unit; zero for none.
+/// Part of an axis in the plane of a normal, unit; zero for none.
 fn flat_axis(axis: Vec3, normal: Vec3) -> Vec3 {
     let unit = axis / axis.abs().max_element().max(1e-30);
     let flat = unit - normal * unit.dot(normal);

@@ -179,13 +179,13 @@ impl Lighting<'_> {
         let view = &self.views[index];
         let along = -view.view_from_world.transform_point3(surface.point).z;
         let texel = if view.perspective > 0.0 { along.max(0.0) } else { 1.0 } / view.scale;
-        // Where the filter is wide, the slope that depths in the view have, along its axes.
-        let slope = view.view_from_world.transform_vector3(surface.normal).truncate();
-        let (sine, reach) = if beyond_spline(light) > 0.0 {
-            (slope.length(), wide_lift(light, slope))
-        } else {
-            (slant.sine, (light.normal_bias + 0.5) * slant.sine)
-        };
+        let (mut sine, mut reach) =
+            (slant.sine, slant.sine * (light.normal_bias + 0.5 + beyond_spline(light)));
+        // Where the filter is wide, the slope that depths in the view have, along its axes, may be more.
+        if beyond_spline(light) > 0.0 {
+            let slope = view.view_from_world.transform_vector3(surface.normal).truncate();
+            (sine, reach) = (sine.max(slope.length()), reach.max(wide_lift(light, slope)));
+        }
         // The bias is a part of the normal bias: edges of shadows move with the point.
         let cosine = (1.0 - sine * sine).max(0.0).sqrt();
         let has_normal = surface.normal != Vec3::ZERO;

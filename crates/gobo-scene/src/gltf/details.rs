@@ -8,7 +8,7 @@ use image::{RgbaImage, imageops::FilterType};
 
 /// Images of a surface that are data and no colours.
 #[derive(Clone)]
-pub(super) struct Surface<'a> {
+pub(super) struct SurfaceImages<'a> {
     /// Its green channel times the first factor is the roughness, blue times the second one metal.
     rough: Option<Image<'a>>,
     factors: [f32; 2],
@@ -18,8 +18,8 @@ pub(super) struct Surface<'a> {
     normals: Option<(Image<'a>, f32)>,
 }
 
-impl<'a> Surface<'a> {
-    /// What images say of a material that is solid and lit; `None` without any.
+impl<'a> SurfaceImages<'a> {
+    /// Properties that images give a solid, lit material; `None` without any.
     pub(super) fn of(source: &Material<'a>, transmits: bool) -> Option<Self> {
         if transmits || source.unlit() || source.alpha_mode() == AlphaMode::Blend {
             return None;

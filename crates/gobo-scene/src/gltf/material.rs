@@ -9,7 +9,7 @@
 //! material.
 use super::{
     Earlier,
-    details::Surface,
+    details::SurfaceImages,
     file::GltfFile,
     texture::{Product, Textures, share, transmission},
 };
@@ -172,7 +172,7 @@ impl<'a> GltfMaterials<'a> {
             (None, Some(_)) => 2,
             (None, None) => 1,
         };
-        let details = Surface::of(source, transmission(source) > 0.0);
+        let details = SurfaceImages::of(source, transmission(source) > 0.0);
         Limit::Materials.grown_in(&self.file.path, count, more + u64::from(details.is_some()))?;
         let uses = self.convert(source, scale)?;
         self.known.insert(key, uses);
@@ -184,7 +184,7 @@ impl<'a> GltfMaterials<'a> {
         let id = self.materials.len() as u32;
         let transmission = transmission(source);
         let transmits = transmission > 0.0;
-        let details = Surface::of(source, transmits);
+        let details = SurfaceImages::of(source, transmits);
         let (roughness, metallic) = self.roughness_and_metal(&surface, details.is_some())?;
         if details.is_none() && !source.unlit() {
             self.ignore_of_glass(source);
@@ -306,7 +306,7 @@ impl<'a> GltfMaterials<'a> {
         let base = surface.base_color_texture();
         let transmission =
             source.transmission().filter(|_| transmits).and_then(|t| t.transmission_texture());
-        let is_detailed = Surface::of(source, transmits).is_some();
+        let is_detailed = SurfaceImages::of(source, transmits).is_some();
         let metal = surface.metallic_roughness_texture().filter(|_| transmits || is_detailed);
         let emission = source.emissive_texture().filter(|_| emits);
         let first =
