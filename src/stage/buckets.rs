@@ -8,8 +8,8 @@ use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Most pairs of a list that has buckets, by its bound: those that every frame has room for.
 pub const BUCKET_PAIRS: u32 = 1 << 20;
-/// Most pairs of a tile, by its bound, of a list that has buckets. One workgroup sorts them; beyond 1,024 it
-/// ranks each pair in every 1,024 others.
+/// Most pairs of a tile, by its bound, of a list that has buckets, unless no tile had segments in the frames
+/// that were counted. One workgroup sorts them; beyond 1,024 it merges.
 pub const BUCKET_TILE: u32 = 8192;
 /// Invocations of a workgroup of all but `sort`: footprints or tiles.
 pub const BUCKET_LANES: u32 = 64;

@@ -1,7 +1,7 @@
 // bin, buckets: the pairs of each tile, front to back, by depth key and then by footprint, which is the order
 // of the stable sorts. One workgroup per tile. Up to CHUNK pairs are sorted in workgroup memory (bitonic:
-// Batcher 1968); of more each pair's position is the sum of its ranks in all chunks. CPU reference:
-// crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
+// Batcher 1968); chunks of more are merged, two by two, from one half of `bucketed` to the other. CPU
+// reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bind::changed::bucketed;
 import package::bind::sampled::tiles;
