@@ -83,7 +83,7 @@ fn a_chosen_far_plane_is_behind_the_given_near() {
     }
 }
 
-/// Of triangles, the largest share of the picture's width or height that they fill.
+/// Largest share of the picture's width or height that triangles fill.
 fn filled(scene: &Scene, of: impl Fn(&Triangle) -> bool) -> f32 {
     let camera = scene::usual_camera(scene, UVec2::new(960, 540));
     let seen = View::from_camera(&camera, &scene.bounds());
@@ -140,7 +140,8 @@ fn signs_are_seen_from_their_front() {
     }
 }
 
-/// A room of walls that look inward, with a block in it, is seen from within, by a lamp; the same walls looking outward are a box.
+/// A room of walls that look inward, with a block in it, is seen from within, by a lamp; the same walls
+/// looking outward are a box.
 #[test]
 fn closed_rooms_are_seen_from_within() {
     let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|i: u32| {
@@ -168,7 +169,8 @@ fn closed_rooms_are_seen_from_within() {
     }
 }
 
-/// No other ground is laid under a file that has one, whose far end would take the near plane past what stands on it.
+/// No other ground is laid under a file that has one, whose far end would take the near plane past what
+/// stands on it.
 #[test]
 fn a_field_is_ground_enough() {
     let strip = "o strip\nv -250 0 10\nv 250 0 10\nv 250 0 -10\nv -250 0 -10\nf 1 2 3 4\n";

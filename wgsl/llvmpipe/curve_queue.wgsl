@@ -1,7 +1,7 @@
-// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes that collect discs
-// as wgsl/llvmpipe/queue.wgsl does. A subgroup's texels end their nodes together, behind a batch of eight
-// discs, once the mean of their places is past the node's share. Texels with few hits are walked once more, a
-// node for each hit. llvmpipe takes both sides of branches, but it leaves loops.
+// Curves of soft discs by two walks, like wgsl/curve/ray.wgsl, for subgroups of eight lanes that collect
+// discs as wgsl/llvmpipe/queue.wgsl does. A subgroup's texels end their nodes together, behind a batch of
+// eight discs, once the mean of their places is past the node's share. Texels with few hits are walked once
+// more, a node for each hit. llvmpipe takes both sides of branches, but it leaves loops.
 
 import package::features::{NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::broadcast_disc;
@@ -191,10 +191,9 @@ fn take_all(view: GpuView, first: u32, end: u32, block: Block, found: Found) {
     }
 }
 
-// Half of a queue: each loop is executed once, whether there is a row or not.
-const TURN: u32 = 4u;
+const TURN: u32 = 4u; // half of a queue: each loop runs once, with a row or without
 
-// Texels that have few hits, row by row, by the discs that touch the row.
+// Texels of few hits, row by row, by the discs that touch the row.
 fn walk_few(view: GpuView, first: u32, end: u32, block: Block, all_rows: u32) {
     var rows = all_rows;
     loop {
@@ -249,4 +248,3 @@ fn walk(view: GpuView, first: u32, end: u32) {
     }
     walk_few(view, first, end, block, rows & 255u);
 }
-

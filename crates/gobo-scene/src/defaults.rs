@@ -136,7 +136,8 @@ const FRONT_ABOVE: f32 = 23.5;
 const FRONT_ASIDE: f32 = 20.0;
 /// Least angle of view of a closed room from within [degrees].
 const ROOM_FOV: f32 = 65.0;
-/// Irradiance of its lamp at a distance of the square root of its floor's area [the sun's]: white walls do not burn.
+/// Irradiance of its lamp at a distance of the square root of its floor's area [the sun's]: white walls do
+/// not burn.
 const LAMP: f32 = 0.08;
 
 /// The camera of a single file, moved so that its contents fill [`FILLED`] of the picture's width or height.
@@ -264,8 +265,8 @@ fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
     covered > 0.0 && covered >= 0.5 * size.x * size.z
 }
 
-/// Makes the default light of a file that is a closed room, if it is one, a lamp under its ceiling, as bright as its floor
-/// is large.
+/// Makes the default light of a file that is a closed room, if it is one, a lamp under its ceiling, as bright
+/// as its floor is large.
 pub(super) fn hang_lamp(light: &mut Light, scene: &Scene) -> bool {
     let subject = Subject::new(scene, contents(scene).or_unit());
     let Bounds { min, max } = subject.bounds;

@@ -1,9 +1,10 @@
-//! What the picture of a file alone is of: what stands on a ground that is far larger, and the front of what is flat and upright.
+//! The subject of a file's own picture: objects on a ground that is far larger, and the front of what
+//! is flat and upright.
 use glam::Vec3;
 use gobo::model::{Bounds, Scene, Triangle};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Largest height of a ground, and of its top above all that there is [widths of all that there is].
+/// Largest height of a ground, and of its top above everything [widths of everything].
 const GROUND_HEIGHT: f32 = 0.01;
 /// Least width of a ground [widths of all that there is].
 const GROUND_WIDTH: f32 = 0.5;
@@ -21,12 +22,12 @@ const COVERED: f32 = 0.5;
 const ANGLES: u32 = 36;
 const MOST_CORNERS: usize = 20_000;
 
-/// What a picture is of.
+/// The subject of a picture.
 pub(super) struct Subject<'a> {
     scene: &'a Scene,
     /// Ids of the triangles of grounds.
     grounds: BTreeSet<u32>,
-    /// Of all but grounds.
+    /// Bounds of all but grounds.
     pub(super) bounds: Bounds,
 }
 
@@ -79,8 +80,9 @@ impl<'a> Subject<'a> {
         self.scene.triangles.iter().filter(shown)
     }
 
-    /// Whether it is a room whose walls are single faces that look inward, with nothing but these to be seen from outside: most of
-    /// the lowest twentieth looks up and most of the highest down, and little of that up.
+    /// Whether it is a room whose walls are single faces that look inward, with nothing but these to be seen
+    /// from outside: most of the lowest twentieth looks up and most of the highest down, and little of that
+    /// up.
     pub(super) fn is_room(&self) -> bool {
         let Bounds { min, max } = self.bounds;
         let size = max - min;
@@ -102,7 +104,8 @@ impl<'a> Subject<'a> {
             && roof < ceiling * (1.0 - COVERED)
     }
 
-    /// Level direction, unit, in which the front of what is flat and upright looks; `aside`: the side that is as good as the other.
+    /// Level direction, unit, in which the front of what is flat and upright looks; `aside`: the side that is
+    /// as good as the other.
     pub(super) fn front(&self, aside: Vec3) -> Option<Vec3> {
         let Scene { particles, gaussians, emissions, grids, strands, .. } = self.scene;
         let others =
