@@ -231,7 +231,7 @@ fn kernels_have_times_and_results_are_compared() {
 
 /// Each choice that a profile leaves open is measured beside the adapter's own.
 #[test]
-fn choices_of_the_profile_are_measured() {
+fn choices_of_the_tuning_are_measured() {
     let json = temporary("tune.json");
     let output = bench(&[
         "--tune",
@@ -248,7 +248,7 @@ fn choices_of_the_profile_are_measured() {
     let value: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
     std::fs::remove_file(json).unwrap();
     let rows = value["rows"].as_array().unwrap();
-    for field in ["disc_segment", "shape", "bucket_pairs", "scatter_tiny", "columns"] {
+    for field in ["disc_segment", "partition", "bucket_pairs", "scatter_tiny", "columns"] {
         assert!(rows.iter().any(|row| row["field"] == field), "{field}");
     }
     for row in rows {
@@ -256,6 +256,6 @@ fn choices_of_the_profile_are_measured() {
         assert!((number("compute_ms") / number("own_ms") / number("ratio") - 1.0).abs() < 1e-9);
     }
     let table = String::from_utf8(output.stdout).unwrap();
-    assert!(table.lines().last().unwrap().starts_with("Profile: "), "{table}");
+    assert!(table.lines().last().unwrap().starts_with("Tuning: "), "{table}");
     assert_eq!(table.lines().count(), rows.len() + 2, "{table}");
 }

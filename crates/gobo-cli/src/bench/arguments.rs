@@ -89,8 +89,7 @@ pub(crate) struct BenchArguments {
     /// Time each kernel too, in a frame whose every dispatch is a pass of its own
     #[arg(long, conflicts_with = "stage")]
     pub(super) kernels: bool,
-    /// Measure each choice that the profile of the adapter leaves open beside the profile's own, and print
-    /// what it should say
+    /// Measure each choice that the adapter's tuning leaves open beside the present one, and print the best
     #[arg(long, conflicts_with_all = ["vs", "occlude", "stage", "scene", "splats", "kernels", "against", "html"])]
     pub(super) tune: bool,
     /// Compare with the results of an earlier `--json`, case by case, and fail where one is slower than
