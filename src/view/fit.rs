@@ -3,7 +3,6 @@ use super::{Projection, Receivers, View, ViewRole, cascades, cover::Cover, impor
 use crate::{
     model::{
         Bounds, Camera, InvalidLight, Light, LightKind, MAX_SHADOWS, MAX_VIEWPOINTS, Scene, Shadow,
-        Source,
     },
     view::{
         atlas::{AtlasLimits, Wish, shrink_to_fit},
@@ -12,11 +11,9 @@ use crate::{
 };
 use glam::{Mat3, Mat4, UVec2, Vec2, Vec3};
 
-/// Up vector of a light that looks along `forward` (unit). Its map turns without a step wherever the light
-/// does, but at the vertical itself, where it goes on upside down or by a quarter turn: texels are then where
-/// they were.
+/// Up vector of a light that looks along `forward` (unit).
 pub(super) fn light_up(forward: Vec3) -> Vec3 {
-    if Source::is_upright(forward) { Vec3::Z } else { Vec3::Y }
+    if forward.y.abs() > 0.99 { Vec3::Z } else { Vec3::Y }
 }
 
 /// `view_from_world` of a view that looks along `forward` (unit).
