@@ -5,7 +5,7 @@
 //! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions, scatter (Merrill
 //! and Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce, then scan. Unlike in its
 //! single-pass successors, no workgroup waits for another, since WebGPU does not guarantee forward progress).
-//! A partition is a *run* of one invocation or a *block* of a workgroup: see [`Shape`].
+//! A partition is a *run* of one invocation or a *block* of a workgroup: see [`Partition`].
 //!
 //! ```text
 //! pairs       texel (i % 4096, i / 4096) = (key, value) of pair i
