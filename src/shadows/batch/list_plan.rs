@@ -210,8 +210,8 @@ impl ListPlan {
 
     /// Whether the list goes through parts of its tiles where its pairs do not fit. Lists that block light
     /// scatter what does not fit, which changes no bit, and the picture is binned in parts of its own.
-    /// Neither while those of earlier frames fit with room to spare: each part is recorded, needed or not.
-    /// But lists that are composed go through parts, because scattered casters are out of order.
+    /// A list has no parts while the pairs of earlier frames fit with room to spare, because each part is
+    /// recorded, needed or not. Composed lists always have them: scattered casters are out of order.
     pub(crate) fn may_part(&self, partition: Partition, capacity: u32) -> bool {
         let may_scatter = self.host.is_some() || !self.is_composed();
         let fits = may_scatter && self.expected.is_some_and(|pairs| pairs <= capacity);
