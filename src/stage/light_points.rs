@@ -36,10 +36,10 @@ pub const ROUND_LENGTH: u32 = 16384;
 /// Constants of kernels over points.
 pub const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 const ROOT: &str = "shade/light_points.wgsl";
-const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
+const UNMASKED: Choice = Choice::new("mask", "shade/none.wgsl");
 const MASKED: Choice = Choice::new("mask", "shade/mask_read.wgsl");
-const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl");
-const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
+const RADIANCE: Choice = Choice::new("light_output", "shade/point_light.wgsl");
+const SHARES: Choice = Choice::new("light_output", "shade/light_through.wgsl");
 
 /// A kernel over points or footprints, one invocation each.
 pub const fn of_points(kernel: KernelDesc) -> KernelDesc {

@@ -281,7 +281,7 @@ fn a_refused_kernel_names_file_and_line() {
     const WRONG: &[Choice] = &[
         Choice::new("output", "curve/ray_tile.wgsl"),
         Choice::new("pairs", "llvmpipe/queue.wgsl"),
-        Choice::new("plain", "hit/plain_disc.wgsl"),
+        Choice::new("plain", "hit/disc.wgsl"),
     ];
     let desc = KernelDesc { with: WRONG, ..curve::DISC_TILES };
     let gpu = own_gpu(Tier::Core);

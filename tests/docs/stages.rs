@@ -60,7 +60,7 @@ fn every_stage_has_its_section() {
     for wrong in [
         text.replace("## bin\n", "## binning\n"),
         text.replacen("**Cost.**", "", 1),
-        text.replace("`wgsl/bin/bin_scan.wgsl`", ""),
+        text.replace("`wgsl/bin/bin.wgsl`", ""),
     ] {
         assert!(!faults(&wrong).is_empty());
     }

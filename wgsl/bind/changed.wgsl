@@ -1,10 +1,9 @@
 // Storage buffers that kernels write. A name has one number in the whole project.
 
-import package::records::bin::{BatchCounters, BinParams};
-import package::records::chunk::{Chunk, ProjectParams};
-import package::records::cluster::ClusterCounters;
+import package::records::batch::{BatchCounters, BinParams, Chunk, ProjectParams};
 import package::records::emitter::GpuEmitted;
 import package::records::host::{HostGroup, LoadCounters};
+import package::records::picture::ClusterCounters;
 import package::records::tile::Segment;
 
 @group(0) @binding(9) var<storage, read_write> chunks: array<Chunk>;

@@ -1,6 +1,6 @@
 // Storage buffers that kernels read. A name has one number in the whole project.
 
-import package::records::chunk::Chunk;
+import package::records::batch::Chunk;
 import package::records::emitter::GpuEmitted;
 import package::records::host::{Caster, Gaussian, HostGroup};
 import package::records::tile::Segment;

@@ -1,19 +1,16 @@
 // Uniform buffers. A name has one number in the whole project.
 
 import package::blur::window::BlurParams;
+import package::caustics::glass::CausticParams;
+import package::import::import::{ConvertParams, ImportParams};
 import package::levels::level_blocks::LevelParams;
-import package::records::air_params::AirParams;
-import package::records::bin::{BinParams, PartParams};
-import package::records::chunk::ProjectParams;
-import package::records::cluster::ClusterParams;
-import package::records::convert::ConvertParams;
+import package::records::batch::{BinParams, PartParams, ProjectParams};
 import package::records::emitter::{EmissionParams, EmitterParams};
-import package::records::glass::CausticParams;
 import package::records::host::{CullParams, GaussianLook, HostGridParams, LoadParams};
-import package::records::import::ImportParams;
 import package::records::light::PictureParams;
 import package::records::mask::{HostView, MaskParams};
 import package::records::material::{GpuMaterial, MAX_MATERIALS};
+import package::records::picture::{AirParams, ClusterParams};
 import package::records::point::PointBatch;
 import package::records::view::{GpuView, MAX_VIEWS};
 import package::shade::band::Band;

@@ -8,10 +8,10 @@ import package::bind::loaded::triangles;
 import package::bind::read::chunks;
 import package::bind::uniform::{project_params, views};
 import package::features::unrolled;
-import package::hit::triangle_edges::{edge_line, edge_products, is_inside, owns_edge};
-import package::records::dispatch::workgroup_number;
-import package::records::opaque_depth::opaque_bits;
+import package::hit::triangle::{edge_line, edge_products, is_inside, owns_edge};
+import package::records::batch::workgroup_number;
 import package::records::record::{TRIANGLE_TEXELS, record_texel};
+import package::records::texel::opaque_bits;
 import package::records::view::TILE_SIZE;
 
 override WORKGROUP_SIZE: u32;

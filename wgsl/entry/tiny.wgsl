@@ -6,10 +6,10 @@ import package::bind::changed::counters;
 import package::bind::read::chunks;
 import package::bind::sampled::rects;
 import package::bind::uniform::{project_params, views};
-import package::records::chunk::Chunk;
-import package::records::footprint_loaded::load_footprint;
+import package::records::batch::Chunk;
+import package::records::footprint::load_footprint;
 import package::records::record::record_texel;
-import package::records::tile_rect::{is_scattered, scatter_texel};
+import package::records::tile::{is_scattered, scatter_texel};
 import package::sums::scatter::scatter;
 
 override WORKGROUP_SIZE: u32;

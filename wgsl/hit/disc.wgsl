@@ -1,9 +1,9 @@
 // A soft disc of the `filter` transfer, set up for texels. CPU reference: crates/gobo-reference/src/hit.rs.
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
-import package::records::color::unpack_absorbed;
 import package::records::footprint::{Footprint, opacity_slope};
-import package::records::tile_rect::SLACK;
+import package::records::pack::unpack_absorbed;
+import package::records::tile::SLACK;
 import package::records::view::{GpuView, MIN_DISTANCE, is_beside};
 
 struct Disc {
@@ -109,4 +109,43 @@ fn disc_hit(view: GpuView, disc: Disc, delta: vec2<f32>, opaque: f32) -> DiscHit
     let depth = (disc.depth / t - view.near) / (view.far - view.near);
     let hits = t > 0.0 && depth >= 0.0 && depth < select(1.0, opaque, HAS_OPAQUE);
     return DiscHit(select(0.0, rest * rest, hits), depth);
+}
+
+// Part `plain` of kernels whose casters are all soft discs of the `filter` transfer.
+
+alias Plain = Disc;
+alias PlainHit = DiscHit;
+
+// A visit is so short that the search for the nearest depth is worth a loop of its own.
+const SEEKS_APART: bool = true;
+
+fn prepare(view: GpuView, footprint: Footprint) -> Plain {
+    return prepare_disc(view, footprint);
+}
+
+// The disc, or one that does nothing.
+fn only_if(is_there: bool, plain: Plain) -> Plain {
+    var disc = plain;
+    disc.slope *= select(0.0, 1.0, is_there);
+    disc.absorbed *= select(0.0, 1.0, is_there);
+    return disc;
+}
+
+// `delta`: from the disc's centre [texels].
+fn plain_hit(view: GpuView, plain: Plain, delta: vec2<f32>, opaque: f32) -> PlainHit {
+    return disc_hit(view, plain, delta, opaque);
+}
+
+fn presence(plain: Plain, hit: PlainHit) -> f32 {
+    return hit.profile * plain.slope;
+}
+
+// The disc of lane `lane` of the subgroup.
+fn broadcast(plain: Plain, lane: u32) -> Plain {
+    return broadcast_disc(plain, lane);
+}
+
+// Whether the disc may touch texel centres in the box lo..hi.
+fn plain_touches(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>) -> bool {
+    return disc_touches(view, footprint.bounds, lo, hi);
 }

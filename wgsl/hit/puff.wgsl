@@ -3,7 +3,7 @@
 import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, transmittance};
 import package::records::view::{GpuView, is_beside};
-import package::sums::faint::{tau_absorbed, whole_tau};
+import package::sums::sums::{tau_absorbed, whole_tau};
 
 // A puff absorbs along the ray's chord through the sphere in front of the opaque surface: its transfer along
 // a diameter, to the power of the chord's share of the diameter.

@@ -5,8 +5,7 @@
 
 import package::accumulator::plain::{corner, seeks, settled, visit_plain};
 import package::bind::loaded::pairs;
-import package::records::footprint::{footprint_key, key_depth};
-import package::records::footprint_loaded::load_footprint;
+import package::records::footprint::{footprint_key, key_depth, load_footprint};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::subgroup_block::{Block, block_high, block_low};

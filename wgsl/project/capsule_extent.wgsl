@@ -2,7 +2,7 @@
 
 import package::hit::capsule::{CapsuleSetup, capsule_touches, radius_at};
 import package::project::conic::ENDLESS;
-import package::project::tangents::tangents;
+import package::project::extent::tangents;
 import package::records::view::{GpuView, MIN_DISTANCE, TILE_SIZE};
 
 struct CapsuleExtent {

@@ -3,7 +3,7 @@
 
 import package::bind::sampled::{clusters, lights};
 import package::bind::uniform::picture_params;
-import package::records::cluster::ALL_LIGHTS;
+import package::records::picture::ALL_LIGHTS;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 

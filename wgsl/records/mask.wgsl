@@ -2,7 +2,7 @@
 // src/records/mask.rs.
 
 import package::bind::sampled::mask_slots;
-import package::records::octahedral::{from_octahedral, octahedral};
+import package::records::pack::{from_octahedral, octahedral};
 import package::records::record::record_texel;
 
 // Rust: `MaskParams` in src/records/mask.rs.

@@ -3,7 +3,7 @@
 
 import package::bind::sampled::points;
 import package::features::HAS_FAR_SIDES;
-import package::records::octahedral::{from_octahedral, octahedral};
+import package::records::pack::{from_octahedral, octahedral};
 import package::records::record::record_texel;
 
 const POINT_TEXELS: u32 = 4u;

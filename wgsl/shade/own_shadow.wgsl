@@ -1,7 +1,7 @@
 // Shadow of a brick's own voxels on a point in the brick. A curve keeps too little of them where they are
 // dense. CPU reference: crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/shading/mod.rs.
 
-import package::hit::brick_cells::{CELLS, IndexRay, first_cell, never_parallel, way_in_cell, two_densities};
+import package::hit::brick::{CELLS, IndexRay, first_cell, never_parallel, two_densities, way_in_cell};
 import package::records::brick::{Brick, Grid, brick_of, grid_of};
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL};
 

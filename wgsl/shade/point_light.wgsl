@@ -1,27 +1,30 @@
 // Light that a point scatters, mirrors and emits to the eye. CPU reference:
 // crates/gobo-reference/src/shading/mod.rs.
 
-import choice::aside::{aside, lay_aside};
-import choice::mask::masked;
-import choice::thrown::with_thrown;
-import package::bind::uniform::picture_params;
+import package::bind::stored::lit;
+import package::bind::uniform::{picture_params, point_batch};
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_FAR_SIDES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point,
-    is_faced, load_point,
+    POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced,
+    load_point,
 };
+import package::records::point_list::{is_listed, point_at, point_count};
+import package::records::record::record_texel;
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
-import package::shade::irradiance::irradiance;
 import package::shade::own_shadow::{outside, own_passed};
-import package::shade::phase::{PER_FOUR_PI, phase_of_orders};
 import package::shade::receiver::{set_leaf, set_receiver};
-import package::shade::shading::{Gloss, HEAD_ON, PER_PI, highlight, mirrored, mirrored_sky};
+import package::shade::shading::{
+    Gloss, HEAD_ON, PER_FOUR_PI, PER_PI, highlight, irradiance, mirrored, mirrored_sky, phase_of_orders,
+    strand_scattered,
+};
 import package::shade::shadow::shadow;
-import package::shade::strand::strand_scattered;
 import package::shade::surface::eye;
 import package::shade::taps::set_turn;
+import choice::aside::{aside, lay_aside};
+import choice::mask::masked;
+import choice::thrown::with_thrown;
 
 // Sums of the lights, laid aside; the second also holds the point's index.
 const ASIDE_DIFFUSE: u32 = ASIDE_LOCAL;
@@ -139,4 +142,15 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
         added += point.far * passed * (max(-cosine, 0.0) * PER_PI);
     }
     lay_aside(ASIDE_SHINE, vec4(bits_of(floats_of(shine).xyz + added, 0.0).xyz, shine.w));
+}
+
+// Answer of `light_points` in the picture: the light that a point sends to the eye.
+fn answer_count() -> u32 {
+    return point_count();
+}
+
+fn store_answer(index: u32) {
+    let point = point_at(index);
+    let first = select(point_batch.first, 0u, is_listed());
+    textureStore(lit, record_texel(first + point), vec4(point_light(point), 1.0));
 }

@@ -1,4 +1,7 @@
-// Scattering and reflection towards the camera. CPU reference: crates/gobo-reference/src/shading/mod.rs.
+// Scattering and reflection towards the camera. CPU reference: crates/gobo-reference/src/shading/mod.rs,
+// crates/gobo-reference/src/air.rs, crates/gobo-reference/src/shading/mod.rs, src/model/environment.rs.
+
+import package::bind::uniform::picture_params;
 
 const PER_PI: f32 = 0.31830989;
 
@@ -49,4 +52,81 @@ fn highlight(normal: vec3<f32>, middle: vec3<f32>, roughness: f32) -> f32 {
     let exponent = 2.0 / (width * width) - 1.0;
     let lobe = pow(max(dot(normal, middle), 1e-6), exponent);
     return (exponent + 6.0) * (PER_PI / 8.0) * lobe;
+}
+
+// Light that a strand scatters and mirrors.
+
+const HALF_TURN: f32 = 3.14159265;
+// Share of light in the highlight of hair, in the hair's own colour: 0.04 at its surface, and light from its
+// inside.
+const SHEEN: f32 = 0.2;
+
+// Share of the light from `toward` that a strand of albedo 1 along `axis` sends to the eye: that of an evenly
+// scattering cylinder, over its width, and a highlight along the cone of mirrored light (Kajiya and Kay
+// 1989), which the rest loses.
+fn strand_scattered(axis: vec3<f32>, toward: vec3<f32>, to_eye: vec3<f32>, roughness: f32) -> f32 {
+    let along = vec2(dot(axis, toward), dot(axis, to_eye));
+    let sines = sqrt(max(1.0 - along * along, vec2(1e-6)));
+    let cosine = (dot(toward, to_eye) - along.x * along.y) / (sines.x * sines.y);
+    let angle = acos(clamp(cosine, -1.0, 1.0));
+    let evenly = ((HALF_TURN - angle) * cos(angle) + sin(angle)) * 0.25;
+    let width = max(roughness * roughness, 0.04);
+    let exponent = 2.0 / (width * width) - 1.0;
+    let power = pow(max(sines.x * sines.y - along.x * along.y, 1e-6), exponent);
+    // The integral of a cosine's power is sqrt(2 pi / (exponent + 0.5)), slightly less for small exponents.
+    let lobe = 0.5 * sqrt((exponent + 0.5) * (0.5 * PER_PI)) * power;
+    // The highlight's cone appears as wide as the strand itself: the mean square of the sine over the lobe.
+    let shine = SHEEN * (1.0 + exponent * sines.x * sines.x) / (exponent + 2.0);
+    return sines.x * PER_PI * ((1.0 - shine) * evenly + SHEEN * lobe);
+}
+
+// Scattering by particles and media.
+
+const PER_FOUR_PI: f32 = 0.07957747;
+// Orders of scattering in a brick.
+const ORDERS: u32 = 4u;
+// Transmittance that maps store as 0: 1/1024.
+const DARKEST: f32 = 0.0009765625;
+
+// Phase function of Henyey and Greenstein 1941; `cosine` between the incoming and outgoing directions.
+fn phase(cosine: f32, g: f32) -> f32 {
+    let spread = max(1.0 + g * g - 2.0 * g * cosine, 1e-6);
+    return PER_FOUR_PI * (1.0 - g * g) / (spread * sqrt(spread));
+}
+
+// Share of the light that a point scatters to the eye, once and more often; `passed`: share that reaches it
+// straight (Wrenninge, Kulla and Lundqvist 2013, "Oz: the great and volumetric", with a = c = 1/2): each
+// order meets half the optical depth, and forgets half of the direction. Unlike the paper: an order adds only
+// a part of the light it meets beyond the order before, so that where nothing is lost, light is scattered by
+// the phase function alone, and nowhere more; b is half the albedo, so that dark smoke scatters once; and
+// light that maps store as 0 is 0 without a step.
+fn phase_of_orders(passed: vec3<f32>, cosine: f32, g: f32, albedo: vec3<f32>) -> vec3<f32> {
+    var light = max(passed - DARKEST, vec3(0.0)) / (1.0 - DARKEST);
+    var before = vec3(0.0);
+    var share = vec3(1.0);
+    var sum = vec3(0.0);
+    var lobe = g;
+    for (var order = 0u; order < ORDERS; order += 1u) {
+        sum += share * max(light - before, vec3(0.0)) * phase(cosine, lobe);
+        before = light;
+        light = sqrt(light);
+        share *= 0.5 * albedo;
+        lobe *= 0.5;
+    }
+    return sum;
+}
+
+// Light that the surroundings send to a surface.
+
+// Irradiance of a surface of normal `n`, divided by pi: spherical harmonics up to order 2 (Ramamoorthi and
+// Hanrahan 2001).
+fn irradiance(n: vec3<f32>) -> vec3<f32> {
+    let linear = coefficient(0u) + coefficient(1u) * n.y + coefficient(2u) * n.z + coefficient(3u) * n.x;
+    let mixed = coefficient(4u) * (n.x * n.y) + coefficient(5u) * (n.y * n.z) + coefficient(7u) * (n.x * n.z);
+    let squares = coefficient(6u) * (3.0 * n.z * n.z - 1.0) + coefficient(8u) * (n.x * n.x - n.y * n.y);
+    return max(linear + mixed + squares, vec3(0.0));
+}
+
+fn coefficient(i: u32) -> vec3<f32> {
+    return picture_params.irradiance[i].rgb;
 }

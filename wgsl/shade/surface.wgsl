@@ -2,11 +2,9 @@
 
 import package::bind::sampled::triangles;
 import package::bind::uniform::picture_params;
-import package::records::footprint::caster_of;
-import package::records::footprint_loaded::load_footprint;
-import package::records::octahedral::from_octahedral;
+import package::records::footprint::{caster_of, load_footprint, setup_texel};
+import package::records::pack::from_octahedral;
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
-import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 
 // World-space position from the camera's light depth.

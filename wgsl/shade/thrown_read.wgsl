@@ -2,7 +2,7 @@
 
 import package::bind::read::caustics;
 import package::bind::sampled::opaques;
-import package::records::glass::{NEAR_SURFACE, caustic_light};
+import package::caustics::glass::{NEAR_SURFACE, caustic_light};
 import package::records::light::{GpuLight, shadow_view};
 
 // Share of a light at a point, of which its map passes `straight`: where the point is on the opaque surface,

@@ -6,7 +6,7 @@ import package::bind::changed::offsets;
 import package::bind::sampled::masks;
 import package::bind::stored::clusters;
 import package::bind::uniform::cluster_params;
-import package::records::cluster::ALL_LIGHTS;
+import package::records::picture::ALL_LIGHTS;
 import package::records::record::{bounded, record_texel};
 
 override WORKGROUP_SIZE: u32;

@@ -7,8 +7,7 @@ import package::bind::changed::pixels;
 import package::bind::sampled::{ambients, composited, occlusions};
 import package::bind::stored::radiance;
 import package::bind::uniform::views;
-import package::occlusion::seen_point::{radius_at, screen, seen_normal, seen_point};
-import package::records::surroundings::unpack_surroundings;
+import package::occlusion::occlusion::{radius_at, screen, seen_normal, seen_point, unpack_surroundings};
 import package::shade::tone::on_screen;
 
 // Distance from a pixel's plane at which another surface does not count [radii].

@@ -7,10 +7,9 @@ import package::bind::read::air_ends;
 import package::bind::sampled::sources;
 import package::bind::stored::air;
 import package::bind::uniform::{air_params, views};
-import package::records::air_params::AIR_CELL;
-import package::records::air_item::{AIR_BLOCK, ITEM_COUNT};
-import package::shade::air_blocks::{air_size, band_blocks, block_column};
-import package::shade::sample_offset::air_shift;
+import package::records::picture::AIR_CELL;
+import package::shade::air::air_shift;
+import package::shade::air_items::{AIR_BLOCK, ITEM_COUNT, air_size, band_blocks, block_column};
 
 const THIN: f32 = 1e-3; // optical depth; the next term of the series is a sixth of its square
 

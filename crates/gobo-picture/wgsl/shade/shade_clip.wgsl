@@ -7,7 +7,7 @@ import package::bind::uniform::{band, point_batch};
 import package::features::HAS_GAUSSIANS;
 import package::records::outline::{is_outlined, load_outline, outlined_tiles};
 import package::records::record::record_texel;
-import package::records::tile_rect::WHOLE;
+import package::records::tile::WHOLE;
 
 override WORKGROUP_SIZE: u32;
 

@@ -15,9 +15,9 @@ import package::shade::air::air_at;
 import package::shade::band::band_pixel;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
 import package::shade::tone::on_screen;
+import package::traversal::lane::LANES;
 import choice::ambient::{IS_LAST, keep_ambient};
 import choice::refraction::{REFRACTS, keep_behind, keep_bend, keep_straight};
-import package::traversal::lane::LANES;
 
 fn light_of(point: u32) -> vec3<f32> {
     return textureLoad(lit, record_texel(point), 0).rgb;

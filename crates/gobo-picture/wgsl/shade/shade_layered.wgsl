@@ -4,10 +4,10 @@
 import package::bind::changed::layered_tiles;
 import package::bind::sampled::tiles;
 import package::bind::uniform::{band, views};
-import package::records::layered_tile::LAYERED_HEAD;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::shade::band::{PIXELS_OF_TILE, indexed_pixel};
+import package::shade::layer::LAYERED_HEAD;
 
 override WORKGROUP_SIZE: u32;
 
