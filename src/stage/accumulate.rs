@@ -68,7 +68,7 @@ pub const TINY: KernelDesc = KernelDesc {
     with: &[SUMS],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     tiers: Tier::BY_ATOMICS,
-    ..KernelDesc::new("accumulate_tiny", "entry/tiny.wgsl")
+    ..KernelDesc::new("accumulate_tiny", "entry/small.wgsl")
 };
 
 /// Casters whose pairs did not fit.

@@ -28,7 +28,7 @@ pub const THROW: KernelDesc = KernelDesc {
 /// Look-up without thrown light.
 pub const STRAIGHT: Choice = Choice::new("thrown", "shade/none.wgsl");
 /// Look-up of light that glass throws.
-pub const THROWN: Choice = Choice::new("thrown", "shade/thrown_read.wgsl");
+pub const THROWN: Choice = Choice::new("thrown", "shade/read.wgsl");
 
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/caustics/glass.wgsl`.

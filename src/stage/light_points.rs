@@ -37,7 +37,7 @@ pub const ROUND_LENGTH: u32 = 16384;
 pub const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 const ROOT: &str = "shade/light_points.wgsl";
 const UNMASKED: Choice = Choice::new("mask", "shade/none.wgsl");
-const MASKED: Choice = Choice::new("mask", "shade/mask_read.wgsl");
+const MASKED: Choice = Choice::new("mask", "shade/read.wgsl");
 const RADIANCE: Choice = Choice::new("light_output", "shade/point_light.wgsl");
 const SHARES: Choice = Choice::new("light_output", "shade/light_through.wgsl");
 

@@ -165,9 +165,7 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }
 
-// Pairs of a Gaussian whose rectangle is large.
-
-// The pairs of an outline, from pair `first` on.
+// Pairs of a Gaussian whose rectangle is large: those of its outline, from pair `first` on.
 fn emit_outlined(rect: vec2<u32>, first_tile: u32, tiles_x: u32, footprint: u32, first: u32) {
     let outline = load_outline(footprint);
     let farthest = outline_farthest(outline);

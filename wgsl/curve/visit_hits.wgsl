@@ -19,8 +19,8 @@ import package::records::caster::particle_object;
 import package::records::footprint::{Footprint, caster_of, load_footprint};
 import package::records::material::SHAPE_BRICK;
 import package::records::view::GpuView;
+import package::traversal::lane::shared_index;
 import package::traversal::lane_caster::{Payload, visited};
-import package::traversal::subgroup_block::shared_index;
 import choice::rows::{ROW_COUNT, RowIs, Rows, any_row, row, with_row};
 import choice::waiting::take_hits;
 

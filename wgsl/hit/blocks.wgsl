@@ -102,8 +102,6 @@ fn stored_depth(hit: Hit) -> f32 {
     return bitcast<f32>(opaque_bits(hit.depth, dithered));
 }
 
-// Depths of opaque triangles that are too small for tiles.
-
 // Least depth of these triangles at a texel of the view's map, 1 for none.
 fn small_depth(view: GpuView, texel: vec2<u32>) -> f32 {
     if !HAS_SMALL {

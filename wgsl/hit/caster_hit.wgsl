@@ -10,11 +10,11 @@ import package::features::{
 import package::hit::brick::passage;
 import package::hit::brick_light::{SHADES_BRICKS, brick_shown};
 import package::hit::capsule::{CapsuleSetup, capsule_hit, capsule_setup};
+import package::hit::disc::puff_hit;
 import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{
     Facing, Hit, MISS, absorption, coverage, face_passes, facing, facing_hit, transmittance,
 };
-import package::hit::puff::puff_hit;
 import package::hit::texture::sample_texture;
 import package::hit::triangle::triangle_hit;
 import package::records::brick::{brick_of, grid_extinction, grid_of};

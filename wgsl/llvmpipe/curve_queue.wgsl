@@ -17,7 +17,7 @@ import package::llvmpipe::queue::{
     Collected, Prepared, QUEUE, Queue, fill, fill_within, join_lanes, lanes_sum, prepare_lane, without_eight,
 };
 import package::records::view::GpuView;
-import package::traversal::subgroup_block::{Block, block_high, block_low};
+import package::traversal::lane::{Block, block_high, block_low};
 
 // A batch of eight discs: their light depths.
 struct Batch {

@@ -34,7 +34,7 @@ const OVERFLOW_DISPATCH: u32 = 0u;
 const SEGMENT_DISPATCH: u32 = 1u;
 const MERGED_DISPATCH: u32 = 2u;
 // Where some footprints did not fit, all footprints of the list go through parts of its tiles
-// (wgsl/bin/part_*.wgsl).
+// (wgsl/bin/parts.wgsl).
 const PART_COUNT_DISPATCH: u32 = 3u;
 const PART_DISPATCH: u32 = 4u;   // one workgroup per tile of the part; w: its first tile
 const PARTED_DISPATCH: u32 = 5u; // x: 1 if they do; w: the tile behind the part

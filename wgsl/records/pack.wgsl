@@ -1,4 +1,4 @@
-// Unit vectors and colours in few bits. Rust: src/records/pack.rs, `color_bits` in src/records/pack.rs.
+// Unit vectors and colours in few bits. Rust: src/records/pack.rs.
 
 import package::records::material::TRANSFER_GAIN;
 

@@ -54,8 +54,6 @@ fn segment_count(tile: Tile) -> u32 {
     return (tile.end - tile.first + SEGMENT_LENGTH - 1u) / SEGMENT_LENGTH;
 }
 
-// Tiles of a footprint.
-
 const SLACK: f32 = 0.015625; // around a footprint's box, so that rounding never loses a texel
 // Mask of a rectangle larger than 4x4 whose tiles are all touched; 1..WHOLE is the number of tiles that its
 // outline touches.

@@ -2,9 +2,9 @@
 // `layers`, `points` and `lit`. Rust: `Band` in crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::uniform::band;
-import choice::order::tile_number;
 import package::records::view::TILE_SIZE;
 import package::traversal::lane::lane_texel;
+import choice::order::tile_number;
 
 struct Band {
     origin: vec2<u32>, // in the picture [tiles]

@@ -8,8 +8,6 @@ fn host_shadow(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> 
     return vec3(1.0);
 }
 
-// Look-up of shadow masks for pictures without masks.
-
 // Share of a light from its mask, 1 without a mask; and whether it has one.
 struct Masked {
     share: vec3<f32>,

@@ -69,8 +69,6 @@ fn tint_depth(view: GpuView, texel: vec2<f32>, z: f32, bias: f32) -> f32 {
     return select(z - bias, depth, is_solid);
 }
 
-// Depths of opaque casters in a map.
-
 // Opaque depth of a texel, per channel.
 fn solid_depths(view: GpuView, at: vec2<u32>) -> vec3<f32> {
     let depths = textureLoad(opaques, at, view.layer, 0).rgb;

@@ -116,8 +116,6 @@ fn phase_of_orders(passed: vec3<f32>, cosine: f32, g: f32, albedo: vec3<f32>) ->
     return sum;
 }
 
-// Light that the surroundings send to a surface.
-
 // Irradiance of a surface of normal `n`, divided by pi: spherical harmonics up to order 2 (Ramamoorthi and
 // Hanrahan 2001).
 fn irradiance(n: vec3<f32>) -> vec3<f32> {

@@ -82,8 +82,6 @@ fn start_particles(
     emitted[number % emitter_params.capacity] = started_particle(number, number - first);
 }
 
-// Velocity of turbulent air (curl noise).
-
 // Velocity of divergence-free turbulence: the cross product of two noise gradients (DeWolf 2005), of
 // magnitude about 1.
 fn curl_noise(at: vec3<f32>, seed: u32) -> vec3<f32> {

@@ -1,4 +1,4 @@
-// Code that all sort kernels share. Rust: `SortPass` in src/stage/sort/mod.rs, src/stage/sort/mod.rs.
+// Code that all sort kernels share. Rust: src/stage/sort/mod.rs.
 
 import package::bind::read::counts;
 import package::bind::uniform::sort_pass;

@@ -10,7 +10,7 @@ import package::records::caster::{gaussian_setup, is_capsule, is_gaussian};
 import package::records::footprint::{Footprint, load_footprint};
 import package::records::tile::SLACK;
 import package::records::view::{GpuView, is_beside};
-import package::traversal::subgroup_block::shared_index;
+import package::traversal::lane::shared_index;
 import choice::accumulator::visit;
 
 struct LaneCaster {
@@ -39,8 +39,6 @@ fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) {
     let id = shared_index(subgroupShuffle(payload, lane));
     visit(view, id, visited(load_footprint(id), is_triangle));
 }
-
-// Extent of a footprint in the map.
 
 // Whether a footprint may touch texel centres in the box lo..hi.
 fn touches_box(view: GpuView, footprint: Footprint, lo: vec2<f32>, hi: vec2<f32>) -> bool {

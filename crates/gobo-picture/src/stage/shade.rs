@@ -109,7 +109,7 @@ pub const PANES: KernelDesc = KernelDesc {
     ..of_points(kernel("shade_panes", "shade/shade_panes.wgsl"))
 };
 /// One invocation per tile of a band.
-pub const LAYERED: KernelDesc = of_points(kernel("shade_layered", "shade/shade_layered.wgsl"));
+pub const LAYERED: KernelDesc = of_points(kernel("shade_layered", "shade/layer.wgsl"));
 /// Points of particles and Gaussians.
 pub const CASTERS: KernelDesc = of_points(kernel("shade_casters", "shade/shade_casters.wgsl"));
 /// Points of the lattices in bricks of voxels.

@@ -31,8 +31,6 @@ fn unpack_surroundings(bits: vec4<u32>) -> Surroundings {
     return Surroundings(bitcast<f32>(bits.x), normal, vec3(unpack2x16float(bits.z), last.x));
 }
 
-// Surfaces of the picture in view space.
-
 // Transform from pixels and light depths to view space.
 struct Screen {
     first: vec2<f32>, // slopes of the middle of the first pixel, upwards

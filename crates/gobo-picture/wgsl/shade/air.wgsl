@@ -1,7 +1,6 @@
 // Light that the air scatters to the eye, as a volume: layer k of a column of pixels holds the light
 // scattered between the eye and the end of slice k. The transmittance follows from the length. CPU reference:
-// crates/gobo-reference/src/air.rs, `sample_offset` in crates/gobo-reference/src/air.rs. Rust: `AirParams` in
-// src/records/air.rs.
+// crates/gobo-reference/src/air.rs. Rust: `AirParams` in src/records/air.rs.
 
 import package::bind::sampled::air;
 import package::bind::uniform::picture_params;
@@ -47,8 +46,6 @@ fn air_layer(place: AirPlace, slice: i32) -> vec3<f32> {
     return select(mix(top, bottom, part.y).rgb, vec3(0.0), slice < 0);
 }
 
-// Columns of air around a pixel.
-
 // The columns around a pixel, and its place between them, 0..1.
 struct AirPlace {
     low: vec2<i32>,
@@ -65,10 +62,8 @@ fn air_place(view: GpuView, pixel: vec2<f32>, size: vec2<i32>) -> AirPlace {
     return AirPlace(low, min(low + 1, size - 1), at - floor(at));
 }
 
-// Offset of a picture's sample from the middles of its pixels.
-
-// Offset [pixels]; within a pixel, the one that belongs to the point on the lens: the shear of the camera's
-// axis (`View::through` in src/view/mod.rs).
+// Offset of a picture's sample from the middles of its pixels [pixels]; within a pixel, the one that belongs
+// to the point on the lens: the shear of the camera's axis (`View::through` in src/view/mod.rs).
 fn sample_offset(view: GpuView) -> vec2<f32> {
     let right = picture_params.world_from_view[0].xyz;
     let up = picture_params.world_from_view[1].xyz;

@@ -1,5 +1,5 @@
 // air: blocks of columns, and the runs of their slices that are lit. Rust:
-// `crates/gobo-picture/src/stage/air.rs`, crates/gobo-picture/src/stage/air.rs.
+// crates/gobo-picture/src/stage/air.rs.
 
 import package::bind::changed::{air_ends, air_items};
 import package::bind::sampled::seen_pixels;

@@ -2,11 +2,17 @@
 // the scene behind is seen. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
+import package::bind::changed::layered_tiles;
+import package::bind::sampled::tiles;
+import package::bind::uniform::{band, views};
 import package::features::HAS_FRESNEL;
 import package::hit::hit::{Hit, passed_share};
 import package::records::material::{
     GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSFER_OVER, TRANSFER_SMOKE, shows_color,
 };
+import package::records::record::record_texel;
+import package::records::tile::tile_of;
+import package::shade::band::{PIXELS_OF_TILE, indexed_pixel};
 import package::shade::shading::{Gloss, mirrored_sky};
 
 const LAYER_TEXELS: u32 = 5u;
@@ -68,4 +74,21 @@ fn mirrored_share(hit: Hit, material: GpuMaterial, normal: vec3<f32>, to_eye: ve
 // Albedo of a pane; `gain` scatters everything.
 fn seen_color(hit: Hit, transfer: u32) -> vec3<f32> {
     return select(hit.color, min(hit.color * MAX_GAIN, vec3(1.0)), transfer == TRANSFER_GAIN);
+}
+
+override WORKGROUP_SIZE: u32;
+
+// shade, layered: lists the tiles of a band that have translucent casters. One invocation per tile.
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn shade_layered(@builtin(global_invocation_id) id: vec3<u32>) {
+    let number = id.x;
+    if number >= band.size.x * band.size.y {
+        return;
+    }
+    let at = indexed_pixel(number * PIXELS_OF_TILE, views[0].tiles_x);
+    let tile = tile_of(textureLoad(tiles, record_texel(at.tile), 0));
+    if tile.first < tile.end {
+        let slot = atomicAdd(&layered_tiles[0], 1u);
+        atomicStore(&layered_tiles[LAYERED_HEAD + slot], number);
+    }
 }
