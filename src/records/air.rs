@@ -2,11 +2,11 @@
 use crate::model::Air;
 use glam::{UVec2, Vec3};
 
-/// Edge of a column \[pixels\]. WGSL: `wgsl/records/picture.wgsl`.
+/// Edge of a column \[pixels\]. WGSL: `crates/gobo-picture/wgsl/records/picture.wgsl`.
 pub const AIR_CELL: u32 = 4;
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/picture.wgsl`.
+    /// WGSL: `crates/gobo-picture/wgsl/records/picture.wgsl`.
     pub struct AirParams {
         /// Scattering coefficient [1/m].
         pub scattering: Vec3,

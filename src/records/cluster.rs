@@ -8,11 +8,11 @@ use glam::{UVec3, Vec2, Vec3};
 const MAX_WORDS: u32 = 1 << 21;
 /// Largest edge of a cluster \[pixels\].
 pub const MAX_TILE: u32 = 256;
-/// Header of a cluster whose list did not fit. WGSL: `wgsl/records/picture.wgsl`.
+/// Header of a cluster whose list did not fit. WGSL: `wgsl/records/light.wgsl`.
 pub const ALL_LIGHTS: u32 = u32::MAX;
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/picture.wgsl`.
+    /// WGSL: `crates/gobo-picture/wgsl/records/picture.wgsl`.
     #[derive(Default, Eq)]
     pub struct ClusterParams {
         pub cells: UVec3,
@@ -27,7 +27,7 @@ crate::records::gpu_struct! {
 }
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/picture.wgsl`.
+    /// WGSL: `crates/gobo-picture/wgsl/records/picture.wgsl`.
     #[derive(Default, Eq)]
     pub struct ClusterCounters {
         /// Combinations (cluster, light) found.
@@ -171,7 +171,7 @@ pub const PLANES: usize = 6;
 pub const UNIT: f32 = 8192.0;
 
 /// Conservative bounds of a light's influence: a sphere, and for a spot the planes around its cone.
-/// 4 texels; WGSL: `wgsl/records/picture.wgsl`.
+/// 4 texels; WGSL: `crates/gobo-picture/wgsl/records/picture.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Reach {

@@ -6,10 +6,9 @@ import package::bind::uniform::mask_params;
 import package::mask::mask_group::{MASKS, even_group, shown_pixel, store_group};
 import package::records::light::{cluster_list, cluster_of, light_record, listed_index};
 import package::records::mask::{
-    JOINED_BIT, mask_slot, slot_channels, slot_mask, surface_depth, surface_offset, unpack_mask_point,
-    unpack_surface,
+    JOINED_BIT, mask_slot, pixel_number, slot_channels, slot_mask, surface_depth, surface_offset,
+    unpack_mask_point, unpack_surface,
 };
-import package::records::point::pixel_number;
 import package::shade::asides::{ASIDE_LOCAL, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;

@@ -125,3 +125,8 @@ fn slot_channels(slot: u32) -> vec4<bool> {
     let in_texel = slot_number(slot) % SLOTS;
     return (vec4(in_texel) == vec4(0u, 1u, 2u, 3u)) | vec4((slot & COLORED_BIT) != 0u);
 }
+
+fn pixel_number(pixel: vec2<f32>) -> u32 {
+    let texel = vec2<u32>(pixel);
+    return texel.x | (texel.y << 16u);
+}

@@ -1,32 +1,9 @@
-// Choices of look-ups that read masks and thrown light. CPU reference:
-// crates/gobo-reference/src/shading/mod.rs, crates/gobo-reference/src/shading/thrown.rs.
+// Look-up of the light that glass throws. CPU reference: crates/gobo-reference/src/shading/thrown.rs.
 
 import package::bind::read::caustics;
-import package::bind::sampled::{light_masks, opaques};
+import package::bind::sampled::opaques;
 import package::caustics::glass::{NEAR_SURFACE, caustic_light};
 import package::records::light::{GpuLight, shadow_view};
-import package::records::mask::{mask_slot, slot_channels, slot_mask};
-import package::records::point::{POINT_SOLID, Point};
-
-// Share of a light from its mask, 1 without a mask; and whether it has one.
-struct Masked {
-    share: vec3<f32>,
-    is_masked: bool,
-}
-
-fn masked(light: u32, point: Point) -> Masked {
-    let slot = mask_slot(light);
-    let is_masked = slot != 0u && point.kind == POINT_SOLID;
-    let mask_slot = max(slot, 1u);
-    let pixel = vec2(point.pixel & 0xffffu, point.pixel >> 16u);
-    let mask = textureLoad(light_masks, pixel, slot_mask(mask_slot), 0);
-    let channels = slot_channels(mask_slot);
-    let one = dot(mask, select(vec4(0.0), vec4(1.0), channels));
-    let share = select(vec3(one), mask.rgb, channels.x && channels.y);
-    return Masked(select(vec3(1.0), share, is_masked), is_masked);
-}
-
-// Look-up of the light that glass throws.
 
 // Share of a light at a point, of which its map passes `straight`: where the point is on the opaque surface,
 // with the light that lands there, and without light that was thrown elsewhere.

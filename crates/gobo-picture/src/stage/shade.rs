@@ -119,7 +119,7 @@ pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_cas
 pub const CLIP: KernelDesc = of_points(kernel("shade_clip", "shade/shade_clip.wgsl"));
 
 gobo::gpu_struct! {
-    /// WGSL: `wgsl/shade/band.wgsl`.
+    /// WGSL: `crates/gobo-picture/wgsl/shade/band.wgsl`.
     #[derive(Eq)]
     pub struct Band {
         /// First tile in the picture \[tiles\].

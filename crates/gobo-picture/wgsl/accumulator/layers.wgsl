@@ -6,9 +6,9 @@
 // most two panes wait. The light that the two nearest panes scatter and mirror is evaluated after the walk;
 // panes behind only filter.
 
-import package::bind::sampled::{lit, seen_pixels};
-import package::bind::stored::layers;
-import package::bind::uniform::{band, materials};
+import package::bind::picture_in::{band, lit, seen_pixels};
+import package::bind::picture_out::layers;
+import package::bind::uniform::materials;
 import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
 import package::hit::caster_hit::{faced_hit, faced_of};
 import package::hit::coplanar::{COPLANAR, is_coplanar, is_in_front};
@@ -27,8 +27,9 @@ import package::shade::details::emission_at;
 import package::shade::layer::{
     LAYER_TEXELS, NOWHERE, NO_PANE, Pane, mirrored_share, packed_pane, scattered_share, seen_color,
 };
+import package::shade::normals::{normals_at, pane_caster};
 import package::shade::points::append_point;
-import package::shade::surface::{eye, normals_at, pane_caster, world_point};
+import package::shade::surface::{eye, world_point};
 
 const ROWS: u32 = 1u; // pixels that an invocation holds
 

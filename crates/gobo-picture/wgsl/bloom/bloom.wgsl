@@ -2,9 +2,8 @@
 // Call of Duty", with the weights of linear interpolation, so that no light is lost or added). CPU reference:
 // crates/gobo-reference/src/bloom.rs. Rust: crates/gobo-picture/src/stage/bloom.rs.
 
-import package::bind::changed::pixels;
-import package::bind::sampled::{bloom_from, bloom_level, composited};
-import package::bind::stored::{bloom_to, radiance};
+import package::bind::picture_in::{bloom_from, bloom_level, composited};
+import package::bind::picture_out::{bloom_to, pixels, radiance};
 import package::bind::uniform::picture_params;
 import package::shade::tone::on_screen;
 

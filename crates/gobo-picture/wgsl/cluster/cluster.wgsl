@@ -1,11 +1,10 @@
 // cluster: lists of lights for cells of the camera's frustum. CPU reference:
 // crates/gobo-reference/src/cluster.rs. Rust: crates/gobo-picture/src/stage/cluster.rs.
 
-import package::bind::changed::{cluster_counters, offsets};
-import package::bind::sampled::{cells, reaches};
-import package::bind::stored::masks;
-import package::bind::uniform::cluster_params;
-import package::records::picture::{ALL_LIGHTS, REACH_TEXELS};
+import package::bind::picture_in::{cells, cluster_params, reaches};
+import package::bind::picture_out::{cluster_counters, masks, offsets};
+import package::records::light::ALL_LIGHTS;
+import package::records::picture::REACH_TEXELS;
 import package::records::record::{bounded, record_texel};
 
 override WORKGROUP_SIZE: u32;

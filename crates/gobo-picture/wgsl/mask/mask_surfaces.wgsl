@@ -1,7 +1,7 @@
 // mask, surfaces: visible opaque surfaces in the format of masks. One invocation per pixel of a band, after
 // `shade_surfaces`. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
 
-import package::bind::sampled::seen_pixels;
+import package::bind::picture_in::seen_pixels;
 import package::bind::uniform::views;
 import package::records::mask::{MaskPoint, MaskSurface, NO_SURFACE, packed_mask_point, packed_surface};
 import package::records::point::{POINT_SOLID, load_point};

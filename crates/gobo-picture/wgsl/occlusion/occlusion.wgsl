@@ -1,8 +1,8 @@
 // occlusion: ambient light that nearby surfaces hide. CPU reference: crates/gobo-reference/src/occlusion.rs.
 // Rust: crates/gobo-picture/src/stage/occlusion.rs.
 
-import package::bind::sampled::ambients;
-import package::bind::stored::occlusions;
+import package::bind::picture_in::ambients;
+import package::bind::picture_out::occlusions;
 import package::bind::uniform::{picture_params, views};
 import package::records::pack::{from_octahedral, octahedral};
 

@@ -1,9 +1,8 @@
 // refraction: the scene behind glass, displaced and blurred. CPU reference:
 // crates/gobo-reference/src/refraction.rs. Rust: crates/gobo-picture/src/stage/refraction.rs.
 
-import package::bind::changed::pixels;
-import package::bind::sampled::{behinds, bends, composited};
-import package::bind::stored::radiance;
+import package::bind::picture_in::{behinds, bends, composited};
+import package::bind::picture_out::{pixels, radiance};
 import package::shade::tone::on_screen;
 
 // Place where a pixel sees the scene behind its panes: texels of `bends`, zero where it is seen straight.

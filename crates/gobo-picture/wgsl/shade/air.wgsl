@@ -2,7 +2,7 @@
 // scattered between the eye and the end of slice k. The transmittance follows from the length. CPU reference:
 // crates/gobo-reference/src/air.rs. Rust: `AirParams` in src/records/air.rs.
 
-import package::bind::sampled::air;
+import package::bind::picture_in::air;
 import package::bind::uniform::picture_params;
 import package::records::picture::AIR_CELL;
 import package::records::view::GpuView;

@@ -1,9 +1,9 @@
 // air: blocks of columns, and the runs of their slices that are lit. Rust:
 // crates/gobo-picture/src/stage/air.rs.
 
-import package::bind::changed::{air_ends, air_items};
-import package::bind::sampled::seen_pixels;
-import package::bind::uniform::{air_params, band, views};
+import package::bind::picture_in::{air_params, band, seen_pixels};
+import package::bind::picture_out::{air_ends, air_items};
+import package::bind::uniform::views;
 import package::hit::coplanar::COPLANAR;
 import package::records::picture::AIR_CELL;
 import package::records::record::record_texel;

@@ -2,10 +2,10 @@
 // scattering optical depth. One workgroup per item, one invocation per column and slice of it. CPU reference:
 // crates/gobo-reference/src/air.rs. Rust: crates/gobo-picture/src/stage/air.rs.
 
-import package::bind::read::{air_ends, air_items};
+import package::bind::picture_in::{air_ends, air_items, air_params};
+import package::bind::picture_out::sources;
 import package::bind::sampled::lights;
-import package::bind::stored::sources;
-import package::bind::uniform::{air_params, picture_params, views};
+import package::bind::uniform::{picture_params, views};
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
 import package::records::picture::AIR_CELL;
 import package::shade::air::{air_shift, sample_offset};

@@ -1,10 +1,12 @@
 // Choices of a picture with a shadow catcher, occlusion and refraction. CPU reference: `caught` in
 // crates/gobo-reference/src/shading/mod.rs.
 
-import package::bind::sampled::layers;
-import package::bind::stored::{ambients, behinds, bends};
+import package::bind::picture_in::layers;
+import package::bind::picture_out::{ambients, behinds, bends};
+import package::bind::sampled::light_masks;
 import package::occlusion::occlusion::{Surroundings, pack_surroundings};
 import package::records::light::{cluster_list, light_record, listed_index};
+import package::records::mask::{mask_slot, slot_channels, slot_mask};
 import package::records::point::{POINT_SOLID, Point, load_point};
 import package::records::record::record_texel;
 import package::refraction::refraction::{Bend, pack_bend};
@@ -75,4 +77,22 @@ fn keep_bend(pixel: vec2<u32>, first: u32, pane: f32, passed: vec3<f32>) -> bool
 // No layer is in front of the surface.
 fn keep_straight(pixel: vec2<u32>) {
     textureStore(bends, pixel, vec4(0u));
+}
+
+// Share of a light from its mask, 1 without a mask; and whether it has one.
+struct Masked {
+    share: vec3<f32>,
+    is_masked: bool,
+}
+
+fn masked(light: u32, point: Point) -> Masked {
+    let slot = mask_slot(light);
+    let is_masked = slot != 0u && point.kind == POINT_SOLID;
+    let mask_slot = max(slot, 1u);
+    let pixel = vec2(point.pixel & 0xffffu, point.pixel >> 16u);
+    let mask = textureLoad(light_masks, pixel, slot_mask(mask_slot), 0);
+    let channels = slot_channels(mask_slot);
+    let one = dot(mask, select(vec4(0.0), vec4(1.0), channels));
+    let share = select(vec3(one), mask.rgb, channels.x && channels.y);
+    return Masked(select(vec3(1.0), share, is_masked), is_masked);
 }

@@ -1,4 +1,4 @@
-// Choices of a picture without a shadow catcher, occlusion and refraction.
+// Choices of a picture without a shadow catcher, occlusion, refraction and masks.
 
 import package::records::point::Point;
 
@@ -24,3 +24,13 @@ fn keep_bend(pixel: vec2<u32>, first: u32, pane: f32, passed: vec3<f32>) -> bool
 }
 
 fn keep_straight(pixel: vec2<u32>) {}
+
+// Share of a light from its mask, 1 without a mask; and whether it has one.
+struct Masked {
+    share: vec3<f32>,
+    is_masked: bool,
+}
+
+fn masked(light: u32, point: Point) -> Masked {
+    return Masked(vec3(1.0), false);
+}

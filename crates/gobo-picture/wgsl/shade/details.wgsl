@@ -8,7 +8,7 @@ import package::features::{HAS_DETAILS, HAS_FAR_SIDES, HAS_TEXTURES};
 import package::hit::triangle::triangle_image;
 import package::records::material::{DETAILS_SHIFT, GpuMaterial, NO_TEXTURE, far_side_of};
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
-import package::shade::surface::triangle_normal;
+import package::shade::normals::triangle_normal;
 
 struct Details {
     normal: vec3<f32>, // unit, on the eye's side of the face

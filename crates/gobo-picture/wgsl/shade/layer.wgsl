@@ -2,9 +2,10 @@
 // the scene behind is seen. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::changed::layered_tiles;
+import package::bind::picture_in::band;
+import package::bind::picture_out::layered_tiles;
 import package::bind::sampled::tiles;
-import package::bind::uniform::{band, views};
+import package::bind::uniform::views;
 import package::features::HAS_FRESNEL;
 import package::hit::hit::{Hit, passed_share};
 import package::records::material::{

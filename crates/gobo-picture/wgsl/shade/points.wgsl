@@ -1,8 +1,7 @@
 // Points for `light_points`, and their lists.
 
-import package::bind::changed::{layered_tiles, point_lists};
-import package::bind::stored::points;
-import package::bind::uniform::band;
+import package::bind::picture_in::band;
+import package::bind::picture_out::{layered_tiles, point_lists, points};
 import package::records::point::{POINT_TEXELS, Point, packed_point};
 import package::records::point_list::{LIST_COUNT, LIST_HEAD, LIST_LENGTH, LIST_ROWS, POINT_LANES, list_first};
 import package::records::record::record_texel;

@@ -2,17 +2,16 @@
 // crates/gobo-reference/src/brick_light.rs, crates/gobo-reference/src/shade/mod.rs,
 // crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::sampled::{casters, rects};
+import package::bind::sampled::{bricks, casters, rects, voxels};
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::{HAS_CAPSULES, NODES};
 import package::records::brick::{
-    BRICK_SIZE, brick_of, grid_lattices, grid_look, grid_of, lattice_points, temperature, voxel_edges,
+    BRICK_SIZE, Brick, SLOT_HEIGHT, SLOT_WIDTH, brick_of, grid_lattices, grid_of, lattice_points, voxel_edges,
 };
 import package::records::caster::{capsule_of, look_material, particle_object};
 import package::records::footprint::{caster_of, load_footprint};
-import package::records::light::cluster_of;
+import package::records::light::{ALL_LIGHTS, cluster_of};
 import package::records::material::SHAPE_CAPSULE;
-import package::records::picture::ALL_LIGHTS;
 import package::records::point::{POINT_BRICK, POINT_NONE, POINT_PARTICLE, POINT_STRAND, Point};
 import package::records::record::record_texel;
 import package::records::texel::owner_tag;
@@ -160,4 +159,32 @@ fn shade_casters(
         point.roughness = materials[look_material(look)].roughness;
     }
     store_point(index, point);
+}
+
+// Temperature of a brick at x, y, z of 0..=8 [K]; 0 for a brick without temperatures.
+fn temperature(brick: Brick, at: vec3<f32>) -> f32 {
+    let end = textureDimensions(voxels);
+    var slot = brick.first_texel + vec3(SLOT_WIDTH, 0u, 0u);
+    slot = select(slot, vec3(0u, slot.y + SLOT_HEIGHT, slot.z), slot.x >= end.x);
+    slot = select(slot, vec3(0u, 0u, slot.z + SLOT_HEIGHT), slot.y >= end.y);
+    let is_hot = brick.density < -1.5;
+    let cell = min(floor(at), vec3(BRICK_SIZE - 1.0));
+    let aside = at - cell;
+    let lower = select(vec3(0u), slot + vec3<u32>(cell), is_hot);
+    // A texel has four voxels: its own, and the next in y, in z and in both.
+    let four = mix(textureLoad(voxels, lower, 0), textureLoad(voxels, lower + vec3(1u, 0u, 0u), 0), aside.x);
+    let two = mix(four.xz, four.yw, aside.y);
+    return select(0.0, mix(two.x, two.y, aside.z), is_hot);
+}
+
+// Scattering and emission of a grid.
+struct GridLook {
+    anisotropy: f32, // `g` of its phase function
+    material: u32,
+    emission: f32,   // radiance of an opaque medium at 1500 K, in red
+}
+
+fn grid_look(grid: u32) -> GridLook {
+    let look = textureLoad(bricks, record_texel(grid + 6u), 0);
+    return GridLook(bitcast<f32>(look.x), look.y, bitcast<f32>(look.z));
 }

@@ -2,10 +2,9 @@
 // of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::changed::pixels;
-import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};
-import package::bind::stored::radiance;
-import package::bind::uniform::{band, views};
+import package::bind::picture_in::{band, blended_tiles, layers, lit, seen_pixels};
+import package::bind::picture_out::{pixels, radiance};
+import package::bind::uniform::views;
 import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
 import package::records::light::cluster_list;
 import package::records::point::{POINT_NONE, load_point};

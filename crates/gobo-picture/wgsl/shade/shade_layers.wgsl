@@ -4,11 +4,9 @@
 // crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import package::accumulator::layers::{Waiting, color, far, finish, near, pane_count, passed, start};
-import package::bind::changed::carried;
-import package::bind::read::layered_tiles;
-import package::bind::sampled::{seen_pixels, tiles};
-import package::bind::stored::layers;
-import package::bind::uniform::band;
+import package::bind::picture_in::{band, layered_tiles, seen_pixels};
+import package::bind::picture_out::{carried, layers};
+import package::bind::sampled::tiles;
 import package::features::{HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
 import package::records::record::record_texel;
 import package::records::tile::tile_of;

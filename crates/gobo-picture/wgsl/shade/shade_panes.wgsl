@@ -1,13 +1,14 @@
 // shade, panes: the two nearest panes of the pixels of a band, as points. One invocation per pane. CPU
 // reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::sampled::layers;
-import package::bind::uniform::{band, materials, views};
+import package::bind::picture_in::{band, layers};
+import package::bind::uniform::{materials, views};
 import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::footprint::setup_texel;
 import package::records::light::cluster_of;
+import package::records::mask::pixel_number;
 import package::records::material::TRANSFER_SMOKE;
-import package::records::point::{POINT_COVER, POINT_LEAF, POINT_PANE, Point, pixel_number};
+import package::records::point::{POINT_COVER, POINT_LEAF, POINT_PANE, Point};
 import package::records::point_list::{point_at, point_count};
 import package::records::record::record_texel;
 import package::records::texel::owner_tag;
@@ -18,9 +19,10 @@ import package::shade::environment::from_around;
 import package::shade::layer::{
     LAYER_TEXELS, Pane, mirrored_share, pane_gloss, pane_of, scattered_share, seen_color,
 };
+import package::shade::normals::{normals_at, pane_caster};
 import package::shade::points::store_point;
 import package::shade::shading::irradiance;
-import package::shade::surface::{eye, normals_at, pane_caster, world_point};
+import package::shade::surface::{eye, world_point};
 
 override WORKGROUP_SIZE: u32;
 

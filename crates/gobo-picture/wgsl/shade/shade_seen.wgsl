@@ -4,10 +4,9 @@
 // crates/gobo-picture/src/stage/shade.rs.
 
 import package::accumulator::seen::{nearest, seen, seen_setup, start};
-import package::bind::changed::carried;
+import package::bind::picture_in::band;
+import package::bind::picture_out::{carried, seen_pixels};
 import package::bind::sampled::tiles;
-import package::bind::stored::seen_pixels;
-import package::bind::uniform::band;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::shade::band::{ROUND_LENGTH, band_pixel};

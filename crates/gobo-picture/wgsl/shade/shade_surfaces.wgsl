@@ -2,8 +2,9 @@
 // invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::sampled::{casters, seen_pixels};
-import package::bind::stored::lit;
+import package::bind::picture_in::seen_pixels;
+import package::bind::picture_out::lit;
+import package::bind::sampled::casters;
 import package::bind::uniform::{materials, views};
 import package::features::{
     HAS_CAPSULES, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
@@ -12,11 +13,12 @@ import package::hit::triangle::{triangle_color, triangle_image, triangle_weights
 import package::records::caster::{capsule_of, look_material, particle_object};
 import package::records::footprint::setup_texel;
 import package::records::light::cluster_of;
+import package::records::mask::pixel_number;
 import package::records::material::{
     GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear, shows_color, shows_surroundings,
 };
 import package::records::pack::unpack_color;
-import package::records::point::{POINT_LEAF, POINT_NONE, POINT_SOLID, Point, pixel_number};
+import package::records::point::{POINT_LEAF, POINT_NONE, POINT_SOLID, Point};
 import package::records::point_list::SURFACE_LIST;
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::texel::owner_tag;
@@ -24,10 +26,11 @@ import package::records::view::GpuView;
 import package::shade::band::band_pixel;
 import package::shade::details::{details_at, emission_at, far_side};
 import package::shade::environment::from_around;
+import package::shade::normals::{normals_at, rounded};
 import package::shade::point_light::ambient;
 import package::shade::points::{append_point, store_point};
 import package::shade::shading::{irradiance, mirrored_solid};
-import package::shade::surface::{eye, normals_at, rounded, world_point};
+import package::shade::surface::{eye, world_point};
 import package::traversal::lane::LANES;
 import choice::catcher::caught;
 

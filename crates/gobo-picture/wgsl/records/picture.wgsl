@@ -31,4 +31,3 @@ struct ClusterCounters {
 }
 
 const REACH_TEXELS: u32 = 4u;
-const ALL_LIGHTS: u32 = 0xffffffffu; // for a list that did not fit

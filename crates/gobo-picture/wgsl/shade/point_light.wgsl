@@ -1,10 +1,9 @@
 // Light that a point scatters, mirrors and emits to the eye. CPU reference:
 // crates/gobo-reference/src/shading/mod.rs.
 
-import package::bind::stored::lit;
+import package::bind::picture_out::lit;
 import package::bind::uniform::{picture_params, point_batch};
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_FAR_SIDES, HAS_SHADOWS};
-import package::hit::brick_light::{outside, own_passed};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
     POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced,
@@ -14,6 +13,7 @@ import package::records::point_list::{is_listed, point_at, point_count};
 import package::records::record::record_texel;
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
+import package::shade::own_shadow::{outside, own_passed};
 import package::shade::receiver::{set_leaf, set_receiver};
 import package::shade::shading::{
     Gloss, HEAD_ON, PER_FOUR_PI, PER_PI, highlight, irradiance, mirrored, mirrored_sky, phase_of_orders,

@@ -2,7 +2,7 @@
 // workgroups of its dispatch in x, y and z and its length; then come the points of all lists. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::read::point_lists;
+import package::bind::picture_in::point_lists;
 import package::bind::uniform::point_batch;
 
 const SURFACE_LIST: u32 = 0u;

@@ -1,7 +1,7 @@
 // A receiver as data: records of the texture `points`. Kernels for visible surfaces write them;
 // `light_points` evaluates the light that they send to the eye. Rust: crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::sampled::points;
+import package::bind::picture_in::points;
 import package::features::HAS_FAR_SIDES;
 import package::records::pack::{from_octahedral, octahedral};
 import package::records::record::record_texel;
@@ -43,21 +43,6 @@ struct Point {
     pixel: u32,           // x and, from bit 16 on, y, each up to 4095; 0 for a particle
     brick: u32,           // of POINT_BRICK: the brick whose voxels shadow the point; 0 for none
     far: vec3<f32>,       // of POINT_LEAF: share of the light from its far side that it scatters
-}
-
-// A batch of points that are evaluated together. Rust: crates/gobo-picture/src/stage/shade.rs.
-struct PointBatch {
-    first: u32,       // first entry of the list; without a list the first point of `lit`, or the first caster
-    count: u32,       // of answers without a list
-    has_normals: u32, // 1 if the host's points have normals, else 0
-    list: u32,        // *_LIST
-    grid: u32,        // of points in bricks: first texel of their grid's record
-    own_shadow: u32,  // 1 where the voxels of their own brick shadow them
-}
-
-fn pixel_number(pixel: vec2<f32>) -> u32 {
-    let texel = vec2<u32>(pixel);
-    return texel.x | (texel.y << 16u);
 }
 
 // Pixel, with the metalness in the last eight bits.

@@ -1,7 +1,7 @@
 // Band: a rectangle of the picture's tiles that are shaded at a time. Its pixels are records of `seen`,
 // `layers`, `points` and `lit`. Rust: `Band` in crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::uniform::band;
+import package::bind::picture_in::band;
 import package::records::view::TILE_SIZE;
 import package::traversal::lane::lane_texel;
 import choice::order::tile_number;
