@@ -41,6 +41,7 @@ pub mod noise;
 mod numbers;
 mod obj;
 mod obj_materials;
+mod origin;
 mod painted;
 mod particles;
 mod plain;
@@ -81,6 +82,7 @@ pub use load::{
     load_with_splats,
 };
 pub use named::files;
+pub use origin::{recentre, rounding_warning};
 pub use particles::ParticleFile;
 pub use share::Share;
 pub use splat_file::{load_harmonics, load_splats};
