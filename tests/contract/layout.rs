@@ -2,12 +2,7 @@
 use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Linked, Tier},
-    records::{
-        AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
-        EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial,
-        GpuView, HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams,
-        MaskParams,
-    },
+    records::{ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams, MaskParams},
     stage::{
         bin::{BatchCounters, BinParams, PartParams, Segment},
         blur::BlurParams,
@@ -20,6 +15,7 @@ use gobo::{
     },
     wgpu::{TextureSampleType, TextureViewDimension},
 };
+use gobo_reference::records::{AirParams, ClusterCounters, ClusterParams};
 use gobo_picture::stage::{shade::Band, variants};
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
 
@@ -67,7 +63,7 @@ const STRUCTS: &[Check] = &[
 /// The list is complete: the sources are searched for `gpu_struct!`.
 #[test]
 fn every_shared_struct_is_checked() {
-    let folders = ["src", "crates/gobo-picture/src"];
+    let folders = ["src", "crates/gobo-picture/src", "crates/gobo-reference/src"];
     let mut pending =
         folders.map(|folder| std::path::Path::new(crate::common::ROOT).join(folder)).to_vec();
     let mut count = 0;

@@ -4,11 +4,9 @@ use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use gobo::{
     model::within_pixel,
-    records::{
-        AIR_CELL, AirParams, GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT,
-        air_columns,
-    },
+    records::{GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT},
 };
+use crate::records::{AIR_CELL, AirParams, air_columns};
 use std::f32::consts::FRAC_1_PI;
 
 /// Light scattered between the eye and the end of each slice.

@@ -9,8 +9,9 @@ use super::{
 use glam::UVec2;
 use gobo::{
     model::{Casters, Class, Scene, ShadowFilter, Shape, View},
-    records::{TRIANGLE_BIT, air_columns},
+    records::TRIANGLE_BIT,
 };
+use crate::records::air_columns;
 
 /// Casters of a kind in the sample; it stands for the others.
 const CASTERS: usize = 2048;

@@ -2,7 +2,8 @@
 //! (Jimenez et al. 2016, "Practical Real-Time Strategies for Accurate Indirect Occlusion", section 4).
 use super::{air::TINY, threads::each};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
-use gobo::records::{GpuView, OcclusionRadius};
+use gobo::records::GpuView;
+use crate::records::OcclusionRadius;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Directions of a pixel; the next three pixels have others between them.

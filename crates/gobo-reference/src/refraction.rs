@@ -5,8 +5,9 @@ use super::{bloom::Level, shading::world_point};
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use gobo::{
     model::Material,
-    records::{GpuView, image_level_size, refraction_levels},
+    records::{GpuView, image_level_size},
 };
+use crate::records::refraction_levels;
 
 /// Least light depth by which a surface must be in front of a pane to hide the background of the pane: depths
 /// are half floats.

@@ -214,23 +214,26 @@ pub(super) fn refuse_foreign(path: &Path) -> Result<(), SceneError> {
     Err(SceneError::invalid(path, format!("is {name}, which gobo does not read"), help))
 }
 
+/// Endings of the formats of some families, each once: `.ply, .csv or .las`.
+pub(super) fn endings(is_wanted: impl Fn(Family) -> bool, last_word: &str) -> String {
+    let mut known: Vec<&str> = Vec::new();
+    for format in FORMATS.iter().filter(|format| is_wanted(format.family)) {
+        for ending in format.endings.iter().filter(|ending| !ending.contains('.')) {
+            if !known.contains(ending) {
+                known.push(ending);
+            }
+        }
+    }
+    let (last, others) = known.split_last().unwrap_or((&"", &[]));
+    format!(".{} {last_word} .{last}", others.join(", ."))
+}
+
 /// The error of a file of unknown format.
 pub(super) fn unknown(path: &Path) -> SceneError {
     if let Err(error) = refuse_foreign(path) {
         return error;
     }
-    let mut endings: Vec<&str> = Vec::new();
-    for format in FORMATS.iter().filter(|format| format.family.is_alone()) {
-        endings.extend(format.endings.iter().filter(|ending| !ending.contains('.')));
-    }
-    let mut known = Vec::new();
-    for ending in endings {
-        if !known.contains(&ending) {
-            known.push(ending);
-        }
-    }
-    let (last, others) = known.split_last().expect("kinds");
-    let help = format!("a scene is a .{} or .{last} file: gobo info --formats", others.join(", ."));
+    let help = format!("a scene is a {} file: gobo info --formats", endings(Family::is_alone, "or"));
     let message = format!("no known kind of scene: {:?}", ending(path));
     SceneError::invalid(path, message, &help)
 }

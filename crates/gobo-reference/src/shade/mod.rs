@@ -28,11 +28,9 @@ use gobo::{
         BRICK_SIZE, Casters, Class, Gaussian, Grid, Material, Particle, Scene, Shape, Strand,
         Triangle, View, black_body,
     },
-    records::{
-        AirParams, FormerSlots, GpuView, ImageDetail, MaskSlots, OcclusionRadius, Picture,
-        TRIANGLE_BIT, ViewMaps,
-    },
+    records::{FormerSlots, GpuView, ImageDetail, MaskSlots, Picture, TRIANGLE_BIT, ViewMaps},
 };
+use crate::records::{AirParams, OcclusionRadius};
 pub use mean_picture::MeanPicture;
 pub use surfaces::{Surface, surfaces};
 

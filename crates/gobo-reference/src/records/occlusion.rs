@@ -1,5 +1,5 @@
 //! Radius of ambient occlusion.
-use crate::model::Occlusion;
+use gobo::model::Occlusion;
 
 /// Radius around a surface in which others occlude, if the scene states none \[heights of the picture\].
 const USUAL_RADIUS: f32 = 0.1;

@@ -1,11 +1,11 @@
 //! Parameters of the air for kernels.
-use crate::model::Air;
 use glam::{UVec2, Vec3};
+use gobo::model::Air;
 
 /// Edge of a column \[pixels\]. WGSL: `crates/gobo-picture/wgsl/records/picture.wgsl`.
 pub const AIR_CELL: u32 = 4;
 
-crate::records::gpu_struct! {
+gobo::gpu_struct! {
     /// WGSL: `crates/gobo-picture/wgsl/records/picture.wgsl`.
     pub struct AirParams {
         /// Scattering coefficient [1/m].
