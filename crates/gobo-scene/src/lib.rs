@@ -16,6 +16,7 @@ mod environment;
 mod error;
 mod faces;
 mod far_sides;
+mod format_table;
 mod formats;
 mod fur;
 #[doc(hidden)]
@@ -72,7 +73,8 @@ mod volumes;
 
 pub use defaults::{empty_scene, usual_camera};
 pub use error::SceneError;
-pub use formats::{FORMATS, Family, Format, facts, format_of};
+pub use format_table::{FORMATS, Family, Format};
+pub use formats::{facts, format_of};
 pub use gltf::Model;
 pub use gobo::model::Scene;
 pub use held::{HeldFile, HeldFiles, hold_files};

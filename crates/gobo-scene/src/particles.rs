@@ -2,7 +2,7 @@
 use super::{
     SceneError,
     error::quoted,
-    formats::{self, Family},
+    format_table::{Family, endings},
     limits::{self, Limit},
     ply, points, read,
 };
@@ -203,7 +203,7 @@ impl<'a> Rows<'a> {
             Some("csv") => read_csv(path, &bytes, rows)?,
             _ => {
                 let of_rows = |family| matches!(family, Family::Particles | Family::Points);
-                let endings = formats::endings(of_rows, "and");
+                let endings = endings(of_rows, "and");
                 let message = format!("particles come from {endings} files only");
                 return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
             }
