@@ -65,12 +65,8 @@ pub const CULL_SCAN: KernelDesc = KernelDesc {
 };
 
 /// Chunks for `project`, view by view.
-pub const CULL_LIST: KernelDesc = KernelDesc {
-    name: "cull_list",
-    entry: "cull_list",
-    root: "load/cull.wgsl",
-    ..CULL_GROUPS
-};
+pub const CULL_LIST: KernelDesc =
+    KernelDesc { name: "cull_list", entry: "cull_list", root: "load/cull.wgsl", ..CULL_GROUPS };
 
 /// The kernels that cull `entries` combinations of a view and a group, and their workgroups.
 pub fn cull(entries: u32) -> [(&'static KernelDesc, [u32; 3]); 3] {

@@ -11,8 +11,7 @@ use crate::gpu::{Choice, KernelDesc};
 pub const START: KernelDesc = KernelDesc::new("start_particles", "simulate/simulate.wgsl");
 
 /// Some time steps of an emitter's particles.
-pub const PARTICLES: KernelDesc =
-    KernelDesc::new("simulate_particles", "simulate/simulate.wgsl");
+pub const PARTICLES: KernelDesc = KernelDesc::new("simulate_particles", "simulate/simulate.wgsl");
 
 /// Records of the live particles.
 pub const CASTERS: KernelDesc = KernelDesc {

@@ -27,12 +27,8 @@ pub const PAIRS: Choice = Choice::new("pairs", "traversal/pairs_loaded.wgsl");
 pub(super) const SUMS: Choice =
     Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
 /// Prefix sums of a workgroup.
-pub(super) const SCAN: Choice = Choice::by_tier(
-    "scan",
-    "scan/prefix.wgsl",
-    Tier::Subgroups,
-    "scan/prefix_subgroup.wgsl",
-);
+pub(super) const SCAN: Choice =
+    Choice::by_tier("scan", "scan/prefix.wgsl", Tier::Subgroups, "scan/prefix_subgroup.wgsl");
 /// Lanes load and test casters of any kind, and broadcast them.
 pub const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
 /// Maps a workgroup to the tile of its index; [`Tuning`](super::tuning::Tuning) may replace it.

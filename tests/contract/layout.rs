@@ -2,7 +2,11 @@
 use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Linked, Tier},
-    records::{ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams, MaskParams},
+    records::{
+        ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook, GpuArea,
+        GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup, HostView,
+        ImportParams, LoadCounters, LoadParams, MaskParams,
+    },
     stage::{
         bin::{BatchCounters, BinParams, PartParams, Segment},
         blur::BlurParams,
@@ -15,8 +19,8 @@ use gobo::{
     },
     wgpu::{TextureSampleType, TextureViewDimension},
 };
-use gobo_reference::records::{AirParams, ClusterCounters, ClusterParams};
 use gobo_picture::stage::{shade::Band, variants};
+use gobo_reference::records::{AirParams, ClusterCounters, ClusterParams};
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
 
 /// `Ok(false)`: the module does not declare the struct.

@@ -12,8 +12,8 @@ use gobo::{
     records::Picture,
     view::shadow_views,
 };
-use gobo_reference::records::AirParams;
 use gobo_reference as reference;
+use gobo_reference::records::AirParams;
 use gobo_reference::{
     air::{AirVolume, phase},
     shading::Lighting,

@@ -7,8 +7,8 @@ use gobo::{
     records::{FormerSlots, MaskSlots},
     view::{atlas::AtlasLimits, picture_views},
 };
-use gobo_reference::records::air_columns;
 use gobo_reference::mask::SeenSurface;
+use gobo_reference::records::air_columns;
 use gobo_scene::Scene;
 
 /// Memory that a command needs for a scene, besides its casters.

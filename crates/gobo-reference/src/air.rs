@@ -1,12 +1,12 @@
 //! CPU reference of `wgsl/shade/air_*.wgsl` and `crates/gobo-picture/wgsl/shade/air.wgsl`: single scattering
 //! towards the eye, as a volume of columns of pixels and slices of depth.
 use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
+use crate::records::{AIR_CELL, AirParams, air_columns};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use gobo::{
     model::within_pixel,
     records::{GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT},
 };
-use crate::records::{AIR_CELL, AirParams, air_columns};
 use std::f32::consts::FRAC_1_PI;
 
 /// Light scattered between the eye and the end of each slice.

@@ -1,7 +1,7 @@
 //! CPU reference of `wgsl/cluster/cluster_*.wgsl`: the lights that may reach each cluster.
+use crate::records::{ClusterCounters, ClusterGrid};
 use glam::{IVec3, Vec3};
 use gobo::records::{Reach, UNIT};
-use crate::records::{ClusterCounters, ClusterGrid};
 
 /// Light lists of a grid's clusters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

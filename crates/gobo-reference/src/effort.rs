@@ -6,12 +6,12 @@ use super::{
     project::ProjectParams,
     tile::Tile,
 };
+use crate::records::air_columns;
 use glam::UVec2;
 use gobo::{
     model::{Casters, Class, Scene, ShadowFilter, Shape, View},
     records::TRIANGLE_BIT,
 };
-use crate::records::air_columns;
 
 /// Casters of a kind in the sample; it stands for the others.
 const CASTERS: usize = 2048;

@@ -51,7 +51,8 @@ pub(super) fn unknown(path: &Path) -> SceneError {
     if let Err(error) = refuse_foreign(path) {
         return error;
     }
-    let help = format!("a scene is a {} file: gobo info --formats", endings(Family::is_alone, "or"));
+    let help =
+        format!("a scene is a {} file: gobo info --formats", endings(Family::is_alone, "or"));
     let message = format!("no known kind of scene: {:?}", ending(path));
     SceneError::invalid(path, message, &help)
 }

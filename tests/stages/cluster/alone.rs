@@ -10,8 +10,8 @@ use gobo::{
     stage::features::Features,
     wgpu::{BufferUsages, TextureFormat as Format},
 };
-use gobo_reference::records::ClusterCounters;
 use gobo_picture::stage::cluster;
+use gobo_reference::records::ClusterCounters;
 use gobo_scene::Scene;
 
 #[test]

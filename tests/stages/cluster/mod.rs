@@ -16,9 +16,9 @@ use gobo::{
     records::{Picture, Reach},
     view::shadow_views,
 };
-use gobo_reference::records::{ClusterCounters, ClusterGrid};
 use gobo_picture::picture::{PictureCapacity, PictureRequest, PreparedPicture};
 use gobo_reference::cluster::{Clusters, assign};
+use gobo_reference::records::{ClusterCounters, ClusterGrid};
 use gobo_scene::Scene;
 use std::sync::{Mutex, OnceLock, PoisonError};
 

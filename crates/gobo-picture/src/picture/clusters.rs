@@ -5,7 +5,9 @@ use gobo::{
     frame::{Commands, Kernels},
     gpu::{Allocator, Gpu, Resources, write_records},
     model::{Scene, View},
-    records::{ALL_LIGHTS, LightRecords, MAX_LIGHTS, MAX_SHADOW_VIEWS, MAX_TAPS, REACH_TEXELS, Reach},
+    records::{
+        ALL_LIGHTS, LightRecords, MAX_LIGHTS, MAX_SHADOW_VIEWS, MAX_TAPS, REACH_TEXELS, Reach,
+    },
     shadows::light_texture,
     stage::features::Features,
 };

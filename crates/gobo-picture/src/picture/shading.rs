@@ -279,9 +279,8 @@ impl Shading {
         resources: &Resources,
     ) -> Result<Self, Error> {
         let (features, tiles) = (to.features, to.memory.tiles);
-        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST].map(|list| {
-            to.allocator.uniform("point_batch", &listed(list, pixels_of(tiles)))
-        });
+        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST]
+            .map(|list| to.allocator.uniform("point_batch", &listed(list, pixels_of(tiles))));
         let mut light = Vec::new();
         for (list, batch) in [(SURFACE_LIST, &surfaces), (PANE_LIST, &panes)] {
             if list == SURFACE_LIST || features.has_panes {

@@ -23,6 +23,7 @@ use super::{
     threads::each,
     tile::{Tile, TileTexels},
 };
+use crate::records::{AirParams, OcclusionRadius};
 use gobo::{
     model::{
         BRICK_SIZE, Casters, Class, Gaussian, Grid, Material, Particle, Scene, Shape, Strand,
@@ -30,7 +31,6 @@ use gobo::{
     },
     records::{FormerSlots, GpuView, ImageDetail, MaskSlots, Picture, TRIANGLE_BIT, ViewMaps},
 };
-use crate::records::{AirParams, OcclusionRadius};
 pub use mean_picture::MeanPicture;
 pub use surfaces::{Surface, surfaces};
 
