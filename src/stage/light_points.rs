@@ -1,7 +1,7 @@
 //! light points: the share of each light that reaches each point of a host.
 //!
-//! In: points, the shadow maps. Out: `point_shares`. In `gobo-picture` the same entry point evaluates the light
-//! that points of a picture send to the eye.
+//! In: points, the shadow maps. Out: `point_shares`. In `gobo-picture` the same entry point evaluates the
+//! light that points of a picture send to the eye.
 use super::{
     caustics,
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},

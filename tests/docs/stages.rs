@@ -45,9 +45,9 @@ fn faults(text: &str) -> Vec<String> {
         faults.extend(missing.map(|part| format!("{name} has no {part}")));
     }
     let mut entries = BTreeMap::<_, BTreeSet<_>>::new();
-    kernels()
-        .iter()
-        .for_each(|desc| drop(entries.entry(desc.root).or_default().insert(desc.entry)));
+    for desc in kernels() {
+        entries.entry(desc.root).or_default().insert(desc.entry);
+    }
     // A file with several entry points does not say which kernels a stage has.
     for entry in entries.values().filter(|of_file| of_file.len() > 1).flatten() {
         if !text.contains(&format!("`{entry}`")) {
