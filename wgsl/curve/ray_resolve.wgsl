@@ -6,9 +6,9 @@ import package::bind::stored::{curves, filters, nearests};
 import package::curve::node::{
     DEPTHS, curve_layer, curve_segment, node_length, node_of_pair, node_passed, node_start,
 };
-import package::curve::partial::{first_node, partial_size};
 import package::curve::ray::{RayHit, TRACE, begin_second, found, start, texels, visit_hit};
 import package::curve::ray_nodes::{end_walk, visit_scattered};
+import package::curve::stored::{first_node, partial_size};
 import package::features::{NODES, unrolled};
 import package::records::tile::Tile;
 import package::records::view::{GpuView, TILE_SIZE};

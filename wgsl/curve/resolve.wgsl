@@ -7,10 +7,9 @@ import package::curve::lights::{
     Lights, black, fixed, light_row, minus, plus, scaled, selected, white, with_light,
 };
 import package::curve::list::{adding, clear_list, insert, last_end, merge_nodes, must_merge};
-import package::curve::loaded::loaded_node;
 import package::curve::node::curve_segment;
 import package::curve::overflow::{is_light, overflowed, rest_light};
-import package::curve::partial::{first_node, partial_size};
+import package::curve::stored::{first_node, loaded_node, partial_size};
 import package::curve::tile::store_curves;
 import package::curve::volumes::{
     Ramp, Unentered, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,

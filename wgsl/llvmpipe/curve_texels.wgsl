@@ -5,8 +5,7 @@ import package::curve::node::{DEPTHS, packed_node, quick_passed};
 import package::features::{FAINT, HAS_OPAQUE, NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::{Disc, DiscHit, disc_hit};
 import package::records::view::GpuView;
-import package::sums::faint::keep;
-import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
+import package::sums::sums::{BLACK, VISIBLE_PRESENCE, keep};
 import choice::column::COLUMN_TEXELS;
 import choice::output::{scattered, scattered_light, store_nodes};
 
