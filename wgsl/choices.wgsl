@@ -9,7 +9,7 @@ import package::curve::ray::{Texel, corner};
 import package::features::NODES;
 import package::records::batch::workgroup_number;
 import package::records::view::GpuView;
-import choice::output::store_nodes;
+import choice::output::{is_blank, store_nodes};
 
 // Order of tiles: a workgroup takes the tile of its own index.
 fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
@@ -127,7 +127,7 @@ fn put_node(view: GpuView, t: ptr<function, Texel>, i: u32, number: u32, node: v
 
 fn end_nodes(view: GpuView, t: ptr<function, Texel>, i: u32) {
     let unused = packed_node(0u, 0.0, vec3(1.0));
-    for (var k = (*t).used; k < NODES; k += 1u) {
+    for (var k = (*t).used; k < select(NODES, 0u, is_blank); k += 1u) {
         put_node(view, t, i, k, unused, true);
     }
 }

@@ -44,7 +44,7 @@ fn settled(front: f32) -> bool {
     return all(last <= vec3(front));
 }
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {}
+fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {}
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {

@@ -14,7 +14,7 @@ import package::traversal::lane::sum_index;
 import choice::accumulator::{ROWS, nearest};
 import choice::sums::{clear_sums, load_nearness, raise_nearness};
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {}
+fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {}
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {

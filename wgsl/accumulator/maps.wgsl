@@ -17,7 +17,7 @@ import choice::sums::{clear_sums, load_nearness, load_sums, raise_nearness};
 
 var<private> alpha_of_none: f32;
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {
+fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     alpha_of_none = plain_alpha(view.origin + texel, view.layer);
 }
 

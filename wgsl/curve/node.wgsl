@@ -1,6 +1,7 @@
 // Format of a curve in a map: nodes of 8 bytes. Start (16 bits), square root of the length (12), red, green
 // and blue that the node alone passes (12 each). Light at a depth is the product of the nodes. A node that
-// starts at 0 is unused, and passes all light. CPU reference: crates/gobo-reference/src/curve/format.rs,
+// starts at 0 is unused, and passes all light,
+// whatever its other bits are. CPU reference: crates/gobo-reference/src/curve/format.rs,
 // crates/gobo-reference/src/curve/format.rs, `light_at`.
 
 import package::bind::sampled::curves;
@@ -53,7 +54,12 @@ fn node_bits(node: vec2<u32>) -> vec3<u32> {
 // Light that a node passes, of 1 in front of it.
 fn node_passed(node: vec2<u32>) -> vec3<f32> {
     let bits = node_bits(node);
-    return passed_of(bits, vec3<f32>(bits) / LEVELS);
+    return select(vec3(1.0), passed_of(bits, vec3<f32>(bits) / LEVELS), is_used(node));
+}
+
+// Whether a node is used.
+fn is_used(node: vec2<u32>) -> bool {
+    return node.x >= 0x10000u;
 }
 
 fn passed_of(bits: vec3<u32>, share: vec3<f32>) -> vec3<f32> {
@@ -72,7 +78,7 @@ fn quick_length(node: vec2<u32>) -> f32 {
 
 fn quick_passed(node: vec2<u32>) -> vec3<f32> {
     let bits = node_bits(node);
-    return passed_of(bits, vec3<f32>(bits) * (1.0 / LEVELS));
+    return select(vec3(1.0), passed_of(bits, vec3<f32>(bits) * (1.0 / LEVELS)), is_used(node));
 }
 
 // Light that a node must pass so that `light` is left of `before`.

@@ -8,6 +8,7 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::sum_index;
 import choice::accumulator::{ROWS, found};
 
+const is_blank: bool = false;
 const SPLITS: bool = false; // `resolve` joins nodes
 
 var<private> walked_segment: u32;

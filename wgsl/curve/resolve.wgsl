@@ -3,6 +3,7 @@
 
 import package::bind::read::partials;
 import package::bind::stored::{filters, nearests};
+import package::curve::blank::stays_blank;
 import package::curve::lights::{
     Lights, black, fixed, light_row, minus, plus, scaled, selected, white, with_light,
 };
@@ -105,6 +106,7 @@ fn scale_shares(light: Lights, part: f32) -> Lights {
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     let at = view.origin + tile.position * TILE_SIZE + in_tile;
     let count = (tile.end - tile.first + curve_segment() - 1u) / curve_segment();
+    let blank = stays_blank(view, tile.position * TILE_SIZE, true);
     clear_list(in_tile);
     clear_volumes();
     var passed = white(); // light behind the curve so far, by its rounded nodes

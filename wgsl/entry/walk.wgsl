@@ -51,7 +51,7 @@ fn walk_tile(
 // `in_tile`: the invocation's first texel.
 fn walk_tile_share(view: GpuView, tile: Tile, in_tile: vec2<u32>) {
     let texel = tile.position * TILE_SIZE + in_tile;
-    before_tile(view, texel, tile_number_of(view, tile), in_tile);
+    before_tile(view, texel, tile);
     start(view, texel);
     walk(view, tile.first, tile.end);
     store_tile(view, texel);

@@ -6,7 +6,7 @@ import package::curve::ray::{ROWS, Texel, corner};
 import package::features::{NODES, unrolled};
 import package::records::batch::workgroup_number;
 import package::records::view::GpuView;
-import choice::output::store_nodes;
+import choice::output::{is_blank, store_nodes};
 
 // Order of tiles for drivers that give each of two cores one half of the dispatch: runs of neighbours
 // alternate between the cores. (Runs, because consecutive stores to memory are many times faster.)
@@ -99,9 +99,11 @@ fn put_node(view: GpuView, t: ptr<function, Texel>, i: u32, number: u32, node: v
 
 fn end_nodes(view: GpuView, t: ptr<function, Texel>, i: u32) {
     let unused = packed_node(0u, 0.0, vec3(1.0));
-    for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
-        let first = select(unused, kept_nodes[i].nodes[2u * pair], (*t).used > 2u * pair);
-        let second = select(unused, kept_nodes[i].nodes[2u * pair + 1u], (*t).used > 2u * pair + 1u);
-        store_nodes(view, corner, i, pair, vec4(first, second));
+    for (var turn = u32(is_blank); turn < 1u; turn += 1u) {
+        for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
+            let first = select(unused, kept_nodes[i].nodes[2u * pair], (*t).used > 2u * pair);
+            let second = select(unused, kept_nodes[i].nodes[2u * pair + 1u], (*t).used > 2u * pair + 1u);
+            store_nodes(view, corner, i, pair, vec4(first, second));
+        }
     }
 }
