@@ -127,7 +127,7 @@ fn put_node(view: GpuView, t: ptr<function, Texel>, i: u32, number: u32, node: v
 
 fn end_nodes(view: GpuView, t: ptr<function, Texel>, i: u32) {
     let unused = packed_node(0u, 0.0, vec3(1.0));
-    for (var k = (*t).used; k < select(NODES, 0u, is_blank); k += 1u) {
+    for (var k = (*t).used; k < select(NODES, 0u, is_blank()); k += 1u) {
         put_node(view, t, i, k, unused, true);
     }
 }

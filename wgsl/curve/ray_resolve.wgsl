@@ -18,8 +18,12 @@ import package::traversal::lane::sum_index;
 import choice::accumulator::ROWS;
 import choice::sums::{clear_sums, load_nearness, load_sums};
 
-const is_blank: bool = false;
 const SPLITS: bool = false;
+
+// No tile of several segments is without a caster.
+fn is_blank() -> bool {
+    return false;
+}
 
 struct Scattered {
     light: vec3<f32>,

@@ -8,13 +8,17 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::sum_index;
 import choice::accumulator::{ROWS, found};
 
-const is_blank: bool = false;
 const SPLITS: bool = false; // `resolve` joins nodes
 
 var<private> walked_segment: u32;
 
 fn before_segment(index: u32) {
     walked_segment = index;
+}
+
+// No tile of several segments is without a caster.
+fn is_blank() -> bool {
+    return false;
 }
 
 // Whether some casters have no pairs: `resolve` adds those of the tile.

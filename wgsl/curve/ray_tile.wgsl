@@ -15,16 +15,21 @@ import choice::sums::{clear_sums, load_nearness, load_sums};
 const SPLITS: bool = true; // bodies are split with free nodes
 
 var<private> walked_tile: u32;
-var<private> is_blank: bool;
+var<private> blank: bool;
 var<private> alpha_of_none: f32;
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     walked_tile = tile_number_of(view, tile);
-    is_blank = stays_blank(view, texel, (tile.first < tile.end) | scattered());
+    blank = stays_blank(view, texel, (tile.first < tile.end) | scattered());
     alpha_of_none = 1.0;
-    for (var turn = u32(is_blank); turn < 1u; turn += 1u) {
+    for (var turn = u32(blank); turn < 1u; turn += 1u) {
         alpha_of_none = plain_alpha(view.origin + texel, view.layer);
     }
+}
+
+// Whether the tile's curves are not stored.
+fn is_blank() -> bool {
+    return blank;
 }
 
 // Whether some of the tile's casters have no pairs.

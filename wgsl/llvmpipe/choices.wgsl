@@ -99,7 +99,7 @@ fn put_node(view: GpuView, t: ptr<function, Texel>, i: u32, number: u32, node: v
 
 fn end_nodes(view: GpuView, t: ptr<function, Texel>, i: u32) {
     let unused = packed_node(0u, 0.0, vec3(1.0));
-    for (var turn = u32(is_blank); turn < 1u; turn += 1u) {
+    for (var turn = u32(is_blank()); turn < 1u; turn += 1u) {
         for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
             let first = select(unused, kept_nodes[i].nodes[2u * pair], (*t).used > 2u * pair);
             let second = select(unused, kept_nodes[i].nodes[2u * pair + 1u], (*t).used > 2u * pair + 1u);

@@ -189,7 +189,7 @@ fn end_nodes() {
 
 // Stores the last two nodes. `is_last`: the node of the casters without pairs comes behind them.
 fn store_pairs(view: GpuView, pair: u32, is_last: bool) {
-    for (var turn = u32(is_blank); turn < 1u; turn += 1u) {
+    for (var turn = u32(is_blank()); turn < 1u; turn += 1u) {
         for (var i = 0u; i < unrolled(ROWS); i += 1u) {
             let is_rest = is_last & (texels[i].rest.x >= 0x10000u);
             let rest = select(unused_node(), texels[i].rest, texels[i].count >= f32(NODES + 1u));

@@ -85,7 +85,8 @@ impl Maps {
             let filters =
                 allocator.texture_with_levels("filters", Rgba16Float, size, 1 + mips, usage)?;
             let curves = allocator.texture("curves", Rgba32Uint, of_curves, usage)?;
-            let drawn_tiles = allocator.storage::<u32>("drawn_tiles", tiles, BufferUsages::empty())?;
+            let drawn_tiles =
+                allocator.storage::<u32>("drawn_tiles", tiles, BufferUsages::empty())?;
             Ok(Self {
                 filters,
                 nearests,
