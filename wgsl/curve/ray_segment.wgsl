@@ -1,13 +1,14 @@
 // Output: the curves of discs in one segment of a long tile; `resolve` combines a tile's segments in order.
 
 import package::bind::changed::partials;
-import package::curve::partial::{first_node, partial_size};
+import package::curve::stored::{first_node, partial_size};
 import package::features::unrolled;
 import package::records::tile::Segment;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::sum_index;
 import choice::accumulator::{ROWS, found};
 
+const is_blank: bool = false;
 const SPLITS: bool = false; // `resolve` joins nodes
 
 var<private> walked_segment: u32;

@@ -16,6 +16,7 @@ mod environment;
 mod error;
 mod faces;
 mod far_sides;
+mod format_table;
 mod formats;
 mod fur;
 #[doc(hidden)]
@@ -41,6 +42,7 @@ pub mod noise;
 mod numbers;
 mod obj;
 mod obj_materials;
+mod origin;
 mod painted;
 mod particles;
 mod plain;
@@ -71,7 +73,8 @@ mod volumes;
 
 pub use defaults::{empty_scene, usual_camera};
 pub use error::SceneError;
-pub use formats::{FORMATS, Family, Format, facts, format_of};
+pub use format_table::{FORMATS, Family, Format};
+pub use formats::{facts, format_of};
 pub use gltf::Model;
 pub use gobo::model::Scene;
 pub use held::{HeldFile, HeldFiles, hold_files};
@@ -81,6 +84,7 @@ pub use load::{
     load_with_splats,
 };
 pub use named::files;
+pub use origin::{recentre, rounding_warning};
 pub use particles::ParticleFile;
 pub use share::Share;
 pub use splat_file::{load_harmonics, load_splats};

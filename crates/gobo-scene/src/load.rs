@@ -13,7 +13,9 @@ use super::{
     light_tables,
     limits::Limit,
     loader::{Loader, error_of_line},
-    models, points, read,
+    models,
+    origin::recentre,
+    points, read,
     rig::Placement,
     share::Share,
     source::{self, SceneText},
@@ -271,7 +273,7 @@ fn load_contents(
     }
     let moving = animate(&source, &document, placed, &mut scene)?;
     still.extend(moving.into_iter().map(|moving| Arc::new(moving) as _));
-    scene.recentre();
+    recentre(&mut scene);
     place_again(&mut scene, still);
     far_sides::add_filters(&mut scene, path)?;
     let by = -scene.origin;
