@@ -125,7 +125,13 @@ pub const FORMATS: &[Format] = &[
         "base colours; `relight` keeps harmonics",
     ),
     row(Family::Splats, "splat", &["splat"], "numbers of its records", "all"),
-    row(Family::Splats, "ksplat 0.1", &["ksplat"], "its headers", "base colours; no harmonics"),
+    row(
+        Family::Splats,
+        "ksplat 0.1",
+        &["ksplat"],
+        "its headers",
+        "base colours; `relight` keeps harmonics",
+    ),
     row(Family::Splats, "SPZ 1 to 4", &["spz"], START, "base colours; `relight` keeps harmonics"),
     row(
         Family::Splats,

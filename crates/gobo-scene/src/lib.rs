@@ -114,8 +114,10 @@ pub fn load_particles(
             first_id,
             earlier: 0,
             budget: None,
+            share: None,
+            classes: None,
         };
-        return points::load(path, kind, wanted, &mut None);
+        return points::load(path, kind, wanted, &mut None).map(|cloud| cloud.file);
     }
     particles::load(path, material, material_id, default_radius, first_id, 0)
 }
