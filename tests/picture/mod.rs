@@ -5,6 +5,7 @@ mod asides;
 mod bloom;
 mod bricks;
 mod catcher;
+mod coats;
 mod constant;
 mod coplanar;
 mod dense_bricks;

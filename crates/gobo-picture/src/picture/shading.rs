@@ -73,12 +73,16 @@ impl ShadeFeatures {
         let has_far_sides = far_sides().next().is_some();
         let light = light.with(Flags::HAS_FAR_SIDES, has_far_sides);
         let has_details = scene.materials.iter().any(|material| material.details.is_some());
+        let mut details = scene.materials.iter().filter_map(|material| material.details);
+        let has_coats = details.any(|it| scene.materials[it as usize].details.is_some());
+        let light = light.with(Flags::HAS_COATS, has_coats);
         let shown = |features: Features| {
             let environment = scene.environment.is_some();
             features
                 .with(Flags::HAS_ENVIRONMENT, environment)
                 .with(Flags::HAS_FAR_SIDES, has_far_sides)
                 .with(Flags::HAS_DETAILS, has_details)
+                .with(Flags::HAS_COATS, has_coats)
                 .with(
                     Flags::HAS_TEXTURES,
                     far_texture || has_details || features.has(Flags::HAS_TEXTURES),
@@ -108,6 +112,7 @@ impl ShadeFeatures {
             has_panes: panes,
             of_composite: finish.composite(),
             composite: aired(Features::NONE)
+                .with(Flags::HAS_COATS, has_coats)
                 .with(Flags::HAS_LAYERS, has_layers)
                 .with(Flags::HAS_PANES, panes),
         }

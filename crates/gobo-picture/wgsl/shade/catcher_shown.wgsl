@@ -3,7 +3,7 @@
 // crates/gobo-reference/src/shading/mod.rs.
 
 import package::records::light::{cluster_list, light_record, listed_index};
-import package::records::point::Point;
+import package::records::point::{NO_COAT, Point};
 import package::shade::environment::from_around;
 import package::shade::incoming::incoming;
 import package::shade::irradiance::irradiance;
@@ -27,5 +27,6 @@ fn caught(point: Point, catches: bool, to_eye: vec3<f32>) -> Point {
     shown.reflectivity = 0.0;
     shown.polish = 0.0;
     shown.metallic = 0.0;
+    shown.coat = NO_COAT;
     return shown;
 }

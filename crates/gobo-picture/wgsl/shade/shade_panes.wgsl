@@ -7,7 +7,7 @@ import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::light::cluster_of;
 import package::records::owner::owner_tag;
 import package::records::material::TRANSFER_SMOKE;
-import package::records::point::{POINT_COVER, POINT_LEAF, POINT_PANE, Point, pixel_number};
+import package::records::point::{NO_COAT, POINT_COVER, POINT_LEAF, POINT_PANE, Point, pixel_number};
 import package::records::record::record_texel;
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
@@ -54,6 +54,7 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
         pixel_number(pixel),
         0u,
         scattered * far.color,
+        NO_COAT,
     );
 }
 

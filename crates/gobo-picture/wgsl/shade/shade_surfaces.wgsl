@@ -7,7 +7,7 @@ import package::bind::sampled::{casters, seen_pixels};
 import package::bind::stored::lit;
 import package::bind::uniform::{materials, views};
 import package::features::{
-    HAS_CAPSULES, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
+    HAS_CAPSULES, HAS_COATS, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
 };
 import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
 import package::records::capsule::capsule_of;
@@ -18,13 +18,16 @@ import package::records::material::{
     GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear, shows_color, shows_surroundings,
 };
 import package::records::owner::owner_tag;
-import package::records::point::{POINT_LEAF, POINT_NONE, POINT_SOLID, Point, pixel_number};
+import package::records::point::{
+    NO_COAT, POINT_LEAF, POINT_NONE, POINT_SOLID, Point, pixel_number,
+};
 import package::records::point_list::SURFACE_LIST;
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::setup::setup_texel;
 import package::records::view::GpuView;
 import package::shade::append_point::append_point;
 import package::shade::band::band_pixel;
+import package::shade::coat::{coat_mirrored, past_coat};
 import package::shade::details::details_at;
 import package::shade::emission::emission_at;
 import package::shade::environment::from_around;
@@ -97,10 +100,18 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         pixel_number(pixel),
         0u,
         far.color,
+        NO_COAT,
     );
+    if HAS_COATS && is_lit && !far.is_there {
+        point.coat = details.coat;
+        let mirrored = reflect(-to_eye, point.coat.normal);
+        let coat = details.open * from_around(mirrored, point.coat.roughness);
+        point.emission = mix(point.emission, coat, coat_mirrored(point.coat, to_eye));
+    }
     if HAS_DETAILS {
         // Ambient light is added behind the lights.
-        point.emission -= (1.0 - details.open) * (1.0 - point.metallic) * point.albedo * ambient(point);
+        let taken = (1.0 - details.open) * past_coat(point, to_eye);
+        point.emission -= taken * (1.0 - point.metallic) * point.albedo * ambient(point);
     }
     return caught(point, shows_surroundings(material), to_eye);
 }
@@ -145,6 +156,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         pixel_number(pixel),
         0u,
         vec3(0.0),
+        NO_COAT,
     );
     return caught(point, shows_surroundings(material), to_eye);
 }

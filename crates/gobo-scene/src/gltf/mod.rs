@@ -4,6 +4,7 @@
 //! (candela, lux) and are divided by 683 lm/W.
 pub(crate) mod animation;
 pub(crate) mod announced;
+mod coat;
 mod details;
 mod diffuse;
 mod draco;
@@ -19,6 +20,7 @@ pub(crate) mod nodes;
 pub(crate) mod splat_json;
 pub(crate) mod splats;
 mod texture;
+mod uses;
 pub(crate) mod variants;
 
 use crate::{
