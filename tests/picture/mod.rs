@@ -30,6 +30,7 @@ mod shade;
 mod sizes;
 mod specks;
 mod steady;
+mod taken_light;
 mod teeth;
 mod touching;
 mod unlit;

@@ -301,8 +301,11 @@ impl Shading {
             let of_part = rects.iter().map(|rect| to.band(rect, resources, &panes, &light));
             bands.push(of_part.collect::<Result<Vec<_>, _>>()?);
         }
-        let mut casters = to.casters(resources)?;
-        casters.append(&mut to.bricks(resources)?);
+        let mut casters = Vec::new();
+        if !to.targets.is_lit {
+            casters.append(&mut to.casters(resources)?);
+            casters.append(&mut to.bricks(resources)?);
+        }
         let keeps_surfaces =
             features.masks.is_some() && matches!(&bands[..], [part] if part.len() == 1);
         Ok(Self { casters, bands, keeps_surfaces })
