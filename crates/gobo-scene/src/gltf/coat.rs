@@ -1,25 +1,18 @@
 //! Clear coats of glTF materials (`KHR_materials_clearcoat`): lacquer and varnish.
-use super::{
-    details::{add_normals, data_image},
-    texture::{Textures, image},
-};
-use crate::SceneError;
-use ::gltf::Document;
-use gobo::model;
 use serde_json::Value;
 
 /// Clear coat of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Coat {
     /// Covered share of the surface.
-    factor: f32,
-    roughness: f32,
+    pub(super) factor: f32,
+    pub(super) roughness: f32,
     /// Texture whose red channel multiplies the factor.
-    share: Option<usize>,
+    pub(super) share: Option<usize>,
     /// Texture whose green channel multiplies the roughness.
-    rough: Option<usize>,
+    pub(super) rough: Option<usize>,
     /// Texture of its normals, of which x and y are times the number.
-    normals: Option<(usize, f32)>,
+    pub(super) normals: Option<(usize, f32)>,
     /// The texture coordinates of its first texture, if it has any.
     uv_set: Option<u32>,
     /// Whether textures have coordinates or a transform of their own.
@@ -72,41 +65,5 @@ impl Coat {
     /// Whether its textures have other coordinates than a set without a transform.
     pub(super) fn has_other_uvs(&self, uv_set: u32) -> bool {
         self.is_placed || self.uv_set.is_some_and(|own| own != uv_set)
-    }
-
-    /// The material of the coat.
-    pub(super) fn material(
-        &self,
-        name: &str,
-        document: &Document,
-        textures: &mut Textures<'_>,
-    ) -> Result<model::Material, SceneError> {
-        let [share, rough] = [self.share, self.rough].map(|texture| image(document, texture));
-        let normals =
-            self.normals.and_then(|(index, by)| Some((image(document, Some(index))?, by)));
-        let texture = match share.is_some() || rough.is_some() {
-            true => {
-                // Infinity, which no factor is, tells these numbers from those of other images.
-                let numbers = [f32::INFINITY, self.factor, self.roughness];
-                let images = [share.as_ref(), rough.as_ref()];
-                let shares = |[share, rough]: [[f32; 4]; 2]| {
-                    [self.factor * share[0], self.roughness * rough[1], 0.0]
-                };
-                Some(textures.add_data(images, numbers, |images| data_image(images, shares))?)
-            }
-            false => None,
-        };
-        let emissive_texture = match &normals {
-            Some((image, factor)) => Some(add_normals(textures, image, *factor)?),
-            None => None,
-        };
-        Ok(model::Material {
-            name: format!("{name} (coat)"),
-            texture,
-            emissive_texture,
-            reflectivity: self.factor,
-            roughness: self.roughness,
-            ..model::Material::default()
-        })
     }
 }

@@ -10,6 +10,7 @@
 use super::{
     Earlier,
     coat::Coat,
+    coat_images::coat_material,
     details::SurfaceImages,
     file::GltfFile,
     texture::{Product, Textures, share, transmission},
@@ -223,7 +224,7 @@ impl<'a> GltfMaterials<'a> {
         let coat = match self.shown_coat(source, transmits, uses.uv_set) {
             Some(coat) => {
                 let document = &self.file.document;
-                Some(coat.material(&material.name, document, &mut self.textures)?)
+                Some(coat_material(&coat, &material.name, document, &mut self.textures)?)
             }
             None => None,
         };

@@ -5,6 +5,7 @@
 pub(crate) mod animation;
 pub(crate) mod announced;
 mod coat;
+mod coat_images;
 mod details;
 mod diffuse;
 mod draco;
