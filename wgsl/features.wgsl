@@ -12,6 +12,8 @@ override HAS_FRESNEL: bool = false;
 override HAS_FAR_SIDES: bool = false;
 // Images say of some triangles of the picture what they are like texel by texel.
 override HAS_DETAILS: bool = false;
+// Some triangles of the picture have a clear coat.
+override HAS_COATS: bool = false;
 override HAS_PUFFS: bool = true;
 override HAS_GAUSSIANS: bool = true;
 // Some particles are discs or quads, which face the light.

@@ -154,7 +154,9 @@ pub struct Material {
     /// by texel: that material's texture has the share of the ambient light that gets there in red, the
     /// roughness in green and the metalness in blue, its emissive texture normals as of glTF (a channel of
     /// 0.5 is 0; red along u, green against v, blue off the surface). All are linear where the texture is
-    /// sampled. Default none.
+    /// sampled. Its own details are a clear coat over the surface: that material's reflectivity is the share
+    /// that is covered and its roughness that of the coat, or else red and green of its texture, and its
+    /// emissive texture has the coat's normals. Default none.
     pub details: Option<u32>,
     /// Blur of the scene behind a pane, as a radius per distance, 0..=1: frosted glass. Default 0.
     pub frost: f32,

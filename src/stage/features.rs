@@ -87,6 +87,8 @@ bitflags::bitflags! {
         const HAS_FAR_SIDES = 1 << 40;
         /// Images say of some triangles of the picture what they are like texel by texel.
         const HAS_DETAILS = 1 << 42;
+        /// Some triangles of the picture have a clear coat.
+        const HAS_COATS = 1 << 43;
         /// Glass throws light of some light of the picture.
         const HAS_CAUSTICS = 1 << 41;
         /// Some of the views whose levels are made are faces of cubes.

@@ -10,12 +10,12 @@ use gobo::{
 };
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene::{Scene, load};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::f64::consts::PI;
 
-const SIZE: u32 = 48;
-const FOV: f32 = 0.3;
-const EYE: DVec3 = DVec3::new(0.0, 3.0, 0.0);
+pub(super) const SIZE: u32 = 48;
+pub(super) const FOV: f32 = 0.3;
+pub(super) const EYE: DVec3 = DVec3::new(0.0, 3.0, 0.0);
 /// Direction in which the light travels.
 const ALONG: Vec3 = Vec3::new(-0.42, -1.0, 0.16);
 const COLOR: [f64; 3] = [0.8, 0.5, 0.2];
@@ -28,7 +28,7 @@ const OPEN: u8 = 90;
 const STRENGTH: f64 = 0.8;
 
 /// An image of 16 x 16 texels, by whether they are right and in front.
-fn image(texel: impl Fn(bool, bool) -> [u8; 3]) -> Vec<u8> {
+pub(super) fn image(texel: impl Fn(bool, bool) -> [u8; 3]) -> Vec<u8> {
     let of = |i: u32| {
         let [r, g, b] = texel(i % 16 >= 8, i / 16 >= 8);
         [r, g, b, 255]
@@ -36,7 +36,6 @@ fn image(texel: impl Fn(bool, bool) -> [u8; 3]) -> Vec<u8> {
     (0..256).flat_map(of).collect()
 }
 
-/// A square of a metre that looks up, u to the right and v to the front, seen from above.
 fn scene(alpha_mode: &str) -> Scene {
     let mut model = Glb::new();
     let shares = image(|right, _| {
@@ -55,6 +54,12 @@ fn scene(alpha_mode: &str) -> Scene {
         "occlusionTexture": { "index": open, "strength": STRENGTH },
         "normalTexture": { "index": normals, "scale": 0.9 },
     }));
+    seen_from_above(model, square, ALONG)
+}
+
+/// A square of a metre that looks up, u to the right and v to the front, seen from above; `along`: direction
+/// in which the light travels.
+pub(super) fn seen_from_above(mut model: Glb, square: Value, along: Vec3) -> Scene {
     model.place(square, [0.0; 3]);
     let folder = Folder::new();
     folder.write("model.glb", model.bytes());
@@ -66,13 +71,13 @@ fn scene(alpha_mode: &str) -> Scene {
         fov_y: FOV,
         size: UVec2::splat(SIZE),
     };
-    scene.lights = vec![lamp(LightKind::Directional { direction: ALONG })];
+    scene.lights = vec![lamp(LightKind::Directional { direction: along })];
     (scene.ambient, scene.background, scene.air) = (Vec3::ZERO, Vec3::ZERO, None);
     scene
 }
 
 /// Linear light by the CPU reference, and by the kernels of each tier, which agree.
-fn light(scene: &Scene) -> Vec<[f32; 3]> {
+pub(super) fn light(scene: &Scene) -> Vec<[f32; 3]> {
     let expected = reference_picture(scene).light;
     let options = RenderOptions { light: true, ..RenderOptions::default() };
     for tier in TIERS {
@@ -89,7 +94,7 @@ fn light(scene: &Scene) -> Vec<[f32; 3]> {
 
 /// Pixels whose texels and their neighbours are of one quarter, with the place that they show, and whether it
 /// is to the right and in front.
-fn places() -> impl Iterator<Item = (usize, DVec3, bool, bool)> {
+pub(super) fn places() -> impl Iterator<Item = (usize, DVec3, bool, bool)> {
     let half = f64::from(SIZE) / 2.0;
     let slope = move |i: u32| (f64::from(i) + 0.5 - half) / half * f64::from(FOV / 2.0).tan();
     let all = (0..SIZE * SIZE).map(move |i| {
@@ -120,7 +125,7 @@ fn closed_form(place: DVec3, right: bool, front: bool) -> [f64; 3] {
 }
 
 /// Worst error per channel, of what should be there and a tenth.
-fn worst(light: &[[f32; 3]], wanted: impl Fn(DVec3, bool, bool) -> [f64; 3]) -> f64 {
+pub(super) fn worst(light: &[[f32; 3]], wanted: impl Fn(DVec3, bool, bool) -> [f64; 3]) -> f64 {
     let mut worst = 0.0_f64;
     for (at, place, right, front) in places() {
         for (found, wanted) in light[at].iter().zip(wanted(place, right, front)) {

@@ -13,7 +13,7 @@ use gobo::{
     },
     records::Picture,
 };
-use gobo_reference::shading::{Gloss, Lighting, Point, PointKind, Receiver as Reader};
+use gobo_reference::shading::{Coat, Gloss, Lighting, Point, PointKind, Receiver as Reader};
 use gobo_scene::Scene;
 use std::{
     f32::consts::{FRAC_PI_2, PI, TAU},
@@ -220,7 +220,7 @@ fn thin_casters_scatter_what_they_take() {
 
 /// Light that a point sends to all sides from a sun at `angle` to its normal or axis Y, as a share of the
 /// arriving light.
-fn sent(kind: PointKind, angle: f32, roughness: f32, metallic: f32) -> f32 {
+fn sent(kind: PointKind, angle: f32, roughness: f32, metallic: f32, coat: Coat) -> f32 {
     const STEPS: u32 = 240;
     let mut scene = empty(Vec::new());
     let toward = Vec3::new(angle.sin(), angle.cos(), 0.0);
@@ -251,6 +251,7 @@ fn sent(kind: PointKind, angle: f32, roughness: f32, metallic: f32) -> f32 {
                 emission: Vec3::ZERO,
                 metallic,
                 far: Vec3::ZERO,
+                coat,
             };
             let across = if is_strand { down.sin() } else { down.cos() };
             sum += lighting.light(&point, None).x * across * down.sin();
@@ -265,12 +266,15 @@ fn sent(kind: PointKind, angle: f32, roughness: f32, metallic: f32) -> f32 {
 fn surfaces_and_strands_send_out_no_more_than_arrives() {
     for angle in [0.02, 0.5, 1.0, 1.4, FRAC_PI_2 - 0.02] {
         for roughness in [0.3, 0.5, 0.6, 0.8, 0.95, 1.0] {
-            let dull = sent(PointKind::Solid, angle, roughness, 0.0);
+            let dull = sent(PointKind::Solid, angle, roughness, 0.0, Coat::NONE);
             assert!((0.9..1.002).contains(&dull), "{angle}, {roughness}: {dull}");
-            let metal = sent(PointKind::Solid, angle, roughness, 1.0);
+            let metal = sent(PointKind::Solid, angle, roughness, 1.0, Coat::NONE);
             assert!(metal < 1.002, "{angle}, {roughness}: metal {metal}");
-            let strand = sent(PointKind::Strand, angle, roughness, 0.0);
+            let strand = sent(PointKind::Strand, angle, roughness, 0.0, Coat::NONE);
             assert!((0.96..1.002).contains(&strand), "{angle}, {roughness}: strand {strand}");
+            let coat = Coat { share: 1.0, roughness, normal: Vec3::Y };
+            let coated = sent(PointKind::Solid, angle, 0.6, 1.0, coat);
+            assert!(coated < 1.002, "{angle}, {roughness}: coated {coated}");
         }
     }
 }

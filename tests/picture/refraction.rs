@@ -1,12 +1,18 @@
 //! `ior` and `frost`: the background of glass against Snell's law and the law of sines, and kernels against
 //! the CPU reference.
-use crate::common::{TIERS, Tier, files::read, reference_picture, render, tiers};
+use crate::common::{
+    TIERS, Tier,
+    files::{Folder, read},
+    model::Glb,
+    reference_picture, render, tiers,
+};
 use gobo::{
     glam::{DVec2, Vec3},
     model::View,
     records::Picture,
 };
 use gobo_scene::Scene;
+use serde_json::json;
 
 const SIZE: u32 = 96;
 
@@ -156,5 +162,42 @@ fn what_is_in_front_is_not_behind() {
         // The post is 0.1 m at 2.8 m.
         let wide = 0.1 / 2.8 * 48.0 / 10f32.to_radians().tan();
         assert!((bright as f32 - wide).abs() < 2.5, "{bright} pixels, not {wide}");
+    }
+}
+
+/// Glass of a glTF file is rougher the rougher its surface is, by the square of its roughness.
+#[test]
+fn rough_glass_of_a_model_is_rougher_than_smooth() {
+    let width = |roughness: f32| {
+        let mut model = Glb::new();
+        let pane = model.square(json!({
+            "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": roughness },
+            "extensions": { "KHR_materials_transmission": { "transmissionFactor": 1 } },
+        }));
+        let node = model.place(pane, [0.0; 3]);
+        model.json["nodes"][node]["scale"] = json!([6, 1, 6]);
+        let folder = Folder::new();
+        folder.write("pane.glb", model.bytes());
+        let toml = format!(
+            "[camera]\neye = [0, 4, 0]\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nfov_y = 20\n\
+             size = [{SIZE}, {SIZE}]\nsamples = 1\nocclusion = false\n[shadow]\nsize = 16\n\
+             [environment]\nambient = [0, 0, 0]\nbackground = [0, 0, 0]\n\
+             [[light]]\nkind = 'point'\nposition = [0, 50, 0]\nintensity = 0\n\
+             [[material]]\nname = 'bright'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\n\
+             emission = [1, 1, 1]\n\
+             [[material]]\nname = 'dark'\ntransfer = 'opaque'\ntint = [0, 0, 0, 1]\n\
+             [[mesh]]\nfile = 'pane.glb'\n\
+             [[shape]]\nkind = 'plane'\nmaterial = 'bright'\ntranslation = [-10, -1, 0]\n\
+             scale = [20, 1, 20]\n\
+             [[shape]]\nkind = 'plane'\nmaterial = 'dark'\ntranslation = [10, -1, 0]\nscale = [20, 1, 20]\n"
+        );
+        let scene = gobo_scene::load(&folder.write("scene.toml", toml)).unwrap();
+        light_of(&scene).iter().map(row).map(|row| edge(&row, 0.16) - edge(&row, 0.84)).collect()
+    };
+    let [smooth, rough, rougher]: [Vec<f64>; 3] = [0.0, 0.2, 0.35].map(width);
+    for ((smooth, rough), rougher) in smooth.iter().zip(&rough).zip(&rougher) {
+        assert!(*smooth < 1.5 && *rough > 3.0 * smooth, "{smooth}, {rough}, {rougher}");
+        // Levels of an image are twice as coarse as each other, so the ratio is not exact.
+        assert!((1.4..4.5).contains(&(rougher / rough)), "{smooth}, {rough}, {rougher}");
     }
 }

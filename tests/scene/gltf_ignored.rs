@@ -52,7 +52,7 @@ fn what_is_not_read_is_named_once() {
     for _ in 0..2 {
         let square = model.square(json!({
             "normalTexture": { "index": texture },
-            "extensions": { "KHR_materials_sheen": {}, "KHR_materials_specular": {}, "KHR_materials_clearcoat": {} },
+            "extensions": { "KHR_materials_sheen": {}, "KHR_materials_specular": {}, "KHR_materials_anisotropy": {} },
         }));
         model.place(square, [0.0; 3]);
     }
@@ -62,7 +62,7 @@ fn what_is_not_read_is_named_once() {
     for name in [
         "`KHR_materials_sheen`",
         "`KHR_materials_specular`",
-        "`KHR_materials_clearcoat`",
+        "`KHR_materials_anisotropy`",
         "wrap modes",
         "filters",
         "scenes",

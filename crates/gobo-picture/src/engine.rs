@@ -168,6 +168,7 @@ impl GpuEngine {
     ) -> Result<(), Error> {
         let scene = lit.scene;
         let budget = scene.shadow.pair_budget.min(pair_limit(&self.gpu.device));
+        self.kept.first_light = None;
         let (shown, capacity, overflowed) = self.shade_whole_picture(lit, budget)?;
         memory.add_all(&shown.memory);
         let mut picture = shown.read(&self.gpu)?;
@@ -176,7 +177,10 @@ impl GpuEngine {
             picture.light = self.read_light(&shown)?;
         }
         if has_more {
+            // Through a lens the samples have other eyes.
+            self.kept.first_light = (scene.lens.radius == 0.0).then(|| shown.first_light());
             picture = self.shade_samples(lit, whole, budget, picture.light, options)?;
+            self.kept.first_light = None;
         } else {
             tell(options.watch, 1, 1)?;
         }

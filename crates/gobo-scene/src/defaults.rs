@@ -2,8 +2,9 @@
 use super::{
     Bounds, Camera, Scene,
     particles::FARTHEST,
+    room::Interior,
     shapes::{self, KindOfShape},
-    subject::Subject,
+    subject::{Subject, is_sheet},
 };
 use glam::{Mat4, Quat, UVec2, Vec2, Vec3, Vec4};
 use gobo::model::{ImageSun, Light, LightKind, Material, Source, SunDisc, Transfer};
@@ -143,16 +144,21 @@ const LAMP: f32 = 0.08;
 /// The camera of a single file, moved so that its contents fill [`FILLED`] of the picture's width or height.
 /// It looks down 25 degrees, so that the horizon is out of sight, and up to 40 at flat contents.
 /// `keeps_target`: the target stays where it is, which need not be the middle.
-pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> Camera {
+pub(super) fn framed(camera: Camera, scene: &Scene, keeps_target: bool) -> Camera {
     let subject = Subject::new(scene, contents(scene).or_unit());
+    let outside = framed_outside(camera, &subject, keeps_target);
+    let room = Interior::of(&subject, &outside).filter(|_| !keeps_target);
+    room.map_or(outside, |room| Camera {
+        eye: room.eye,
+        target: room.target,
+        fov_y: camera.fov_y.max(ROOM_FOV.to_radians()),
+        ..camera
+    })
+}
+
+fn framed_outside(mut camera: Camera, subject: &Subject<'_>, keeps_target: bool) -> Camera {
     let bounds = subject.bounds;
     let size = bounds.max - bounds.min;
-    if !keeps_target && subject.is_room() {
-        camera.target = bounds.min + size * Vec3::new(0.4, 0.35, 0.35);
-        camera.eye = bounds.min + size * Vec3::new(0.88, 0.62, 0.94);
-        camera.fov_y = camera.fov_y.max(ROOM_FOV.to_radians());
-        return camera;
-    }
     let flatness = 1.0 - size.y / size.max_element().max(f32::MIN_POSITIVE);
     let aside = Vec3::new(0.55, 0.0, 0.8).normalize();
     let front = subject.front(aside);
@@ -174,7 +180,7 @@ pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> C
     let slopes = Vec2::new(slope * camera.size.x as f32 / camera.size.y as f32, slope);
     // Distances at which everything is inside the right and upper border, and inside the left and lower one.
     let (mut high, mut low) = (Vec2::NEG_INFINITY, Vec2::NEG_INFINITY);
-    for_each_sphere(&subject, scene, |center, radius| {
+    for_each_sphere(subject, |center, radius| {
         let at = center - camera.target;
         let place = Vec2::new(at.dot(right), at.dot(up)) / slopes;
         let reach = radius * (1.0 + slopes.powf(-2.0)).map(f32::sqrt) + at.dot(away);
@@ -196,8 +202,8 @@ pub(super) fn framed(mut camera: Camera, scene: &Scene, keeps_target: bool) -> C
 
 /// Calls `visit` with spheres that hold the visible contents: corners of triangles and particles, or else the
 /// corners of `bounds`.
-fn for_each_sphere(subject: &Subject<'_>, scene: &Scene, mut visit: impl FnMut(Vec3, f32)) {
-    let Scene { gaussians, particles, triangles, emissions, grids, .. } = scene;
+fn for_each_sphere(subject: &Subject<'_>, mut visit: impl FnMut(Vec3, f32)) {
+    let Scene { gaussians, particles, triangles, emissions, grids, .. } = subject.scene;
     if particles.is_empty() && triangles.is_empty()
         || !(gaussians.is_empty() && emissions.is_empty() && grids.is_empty())
     {
@@ -244,10 +250,10 @@ pub(super) fn add_ground(scene: &mut Scene, camera: Option<&Camera>, catcher: bo
 }
 
 /// Whether upward opaque surfaces in the lowest twentieth of the height cover half of the area: those of a
-/// room, or of a model on a base. A flat scene has no floor: all of it is low.
+/// room, or of a model on a base. A flat scene has no floor: all of it is low; nor has a cloth.
 fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
     let size = bounds.max - bounds.min;
-    if size.y < 0.1 * size.max_element() {
+    if size.y < 0.1 * size.max_element() || is_sheet(&scene.triangles) {
         return false;
     }
     let low = bounds.min.y + 0.05 * size.y;
@@ -269,15 +275,15 @@ fn has_floor(scene: &Scene, bounds: &Bounds) -> bool {
 /// as its floor is large.
 pub(super) fn hang_lamp(light: &mut Light, scene: &Scene) -> bool {
     let subject = Subject::new(scene, contents(scene).or_unit());
-    let Bounds { min, max } = subject.bounds;
-    let is_room = subject.is_room();
-    if is_room {
-        let size = max - min;
-        light.kind = LightKind::Point { position: min + size * Vec3::new(0.5, 0.88, 0.5) };
-        light.source = Some(Source::Sphere { radius: 0.03 * size.min_element() });
-        light.intensity *= LAMP * size.x * size.z;
-    }
-    is_room
+    let usual = camera(&subject.bounds);
+    let Some(room) = Interior::of(&subject, &framed_outside(usual, &subject, false)) else {
+        return false;
+    };
+    let size = subject.bounds.max - subject.bounds.min;
+    light.kind = LightKind::Point { position: room.lamp };
+    light.source = Some(Source::Sphere { radius: 0.03 * size.min_element() });
+    light.intensity *= LAMP * size.x * size.z;
+    true
 }
 
 /// Turns the default light of a file: over the viewer's left shoulder, so low that the shadow falls into view

@@ -59,7 +59,7 @@ pub(super) struct CameraTable {
     /// Size of the picture \[pixels\].
     pub size: Option<UVec2>,
     /// Exposure \[stops\].
-    pub exposure: f32,
+    pub exposure: Option<f32>,
     /// Samples per pixel.
     pub samples: u32,
     /// Offset right and down from the picture's middle to its axis \[pixels\].

@@ -7,7 +7,9 @@ use super::{
         CameraTable, Document, MeshTable, ParticlesTable, ShapeTable, SplatsTable, StrandsTable,
         VolumeTable,
     },
-    emitters, environment, far_sides, formats,
+    emitters, environment,
+    exposure::exposure,
+    far_sides, formats,
     gltf::Wanted,
     keys::Keys,
     light_tables,
@@ -258,6 +260,10 @@ fn load_contents(
         let image = around.is_some_and(|table| table.file.is_some());
         defaults::add_ground(&mut scene, model_camera.as_ref(), image);
     }
+    let given = document.camera.as_ref().and_then(|table| table.get_ref().exposure);
+    if is_alone && given.is_none() && document.light.is_empty() && !scene.lights.is_empty() {
+        scene.exposure = exposure(&scene, &scene.camera);
+    }
     if scene.lights.is_empty() {
         scene.lights.push(defaults::sun());
     }
@@ -341,7 +347,8 @@ fn expose(scene: &mut Scene, table: Option<&CameraTable>) {
     if let Some(table) = table {
         let &CameraTable { exposure, samples, shift, occlusion, .. } = table;
         let &CameraTable { bloom, lens, shutter, tone, .. } = table;
-        (scene.exposure, scene.samples, scene.shift) = (exposure, samples, shift);
+        scene.exposure = exposure.unwrap_or(0.0);
+        (scene.samples, scene.shift) = (samples, shift);
         (scene.occlusion, scene.bloom, scene.lens) = (occlusion, bloom, lens);
         (scene.shutter, scene.tone) = (shutter, tone);
     }

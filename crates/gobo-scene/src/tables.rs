@@ -190,7 +190,7 @@ pub(super) fn camera(keys: &Keys<'_>) -> Result<CameraTable, SceneError> {
         up: keys.direction("up")?,
         fov_y,
         size,
-        exposure: exposure.unwrap_or(0.0),
+        exposure,
         samples: keys.whole("samples", defaults::SAMPLES, 1..=MAX_SAMPLES, &samples)?,
         shift: shift.into(),
         occlusion,

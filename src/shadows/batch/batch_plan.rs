@@ -227,21 +227,23 @@ impl BatchPlan {
         Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }
 
-    /// Plan of the camera, with the visible casters of the classes of `list` as the first list.
+    /// Plan of the camera, with the casters of the classes of `list` as the first list that are visible in
+    /// `around`, a view around the camera's or that itself.
     pub fn of_camera(
         view: GpuView,
+        around: &GpuView,
         tile_count: u32,
         casters: &CasterSet,
         list: &RangeInclusive<Class>,
     ) -> Self {
-        let visible = casters.visible(&view);
+        let visible = casters.visible(around);
         let features = casters.span(list.clone()).features;
         let features = if *list == Class::SOLID {
             features.of_views(false, false)
         } else {
             features.with(Flags::NOT_PLAIN | Flags::NOT_SPLATS, true)
         };
-        let bound = bound(casters, &[&visible], &[view], |group, _| list.contains(&group.class));
+        let bound = bound(casters, &[&visible], &[*around], |group, _| list.contains(&group.class));
         let camera = true;
         let seen =
             ListPlan { bound, camera, ..ListPlan::new(list, features, casters, &[&visible]) };

@@ -8,6 +8,8 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "COLUMNS",
     "EDGE",
     "ITEM_COUNT",
+    "MIN_COAT_ROUGHNESS",
+    "NO_COAT",
     "REACH_LANES",
     "PLANE_ROUNDING",
     "OFTEN_FEW",

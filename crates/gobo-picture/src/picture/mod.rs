@@ -6,9 +6,11 @@ mod clusters;
 pub mod debug;
 mod environment;
 mod finish;
+mod first_light;
 mod lighting;
 mod lists;
 mod prepared;
 mod shading;
 
+pub use first_light::FirstLight;
 pub use prepared::{Kept, PictureCapacity, PictureRequest, PreparedPicture};

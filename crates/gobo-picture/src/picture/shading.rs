@@ -74,12 +74,16 @@ impl ShadeFeatures {
         let has_far_sides = far_sides().next().is_some();
         let light = light.with(Flags::HAS_FAR_SIDES, has_far_sides);
         let has_details = scene.materials.iter().any(|material| material.details.is_some());
+        let mut details = scene.materials.iter().filter_map(|material| material.details);
+        let has_coats = details.any(|it| scene.materials[it as usize].details.is_some());
+        let light = light.with(Flags::HAS_COATS, has_coats);
         let shown = |features: Features| {
             let environment = scene.environment.is_some();
             features
                 .with(Flags::HAS_ENVIRONMENT, environment)
                 .with(Flags::HAS_FAR_SIDES, has_far_sides)
                 .with(Flags::HAS_DETAILS, has_details)
+                .with(Flags::HAS_COATS, has_coats)
                 .with(
                     Flags::HAS_TEXTURES,
                     far_texture || has_details || features.has(Flags::HAS_TEXTURES),
@@ -109,6 +113,7 @@ impl ShadeFeatures {
             has_panes: panes,
             of_composite: finish.composite(),
             composite: aired(Features::NONE)
+                .with(Flags::HAS_COATS, has_coats)
                 .with(Flags::HAS_LAYERS, has_layers)
                 .with(Flags::HAS_PANES, panes),
         }
@@ -296,8 +301,11 @@ impl Shading {
             let of_part = rects.iter().map(|rect| to.band(rect, resources, &panes, &light));
             bands.push(of_part.collect::<Result<Vec<_>, _>>()?);
         }
-        let mut casters = to.casters(resources)?;
-        casters.append(&mut to.bricks(resources)?);
+        let mut casters = Vec::new();
+        if !to.targets.is_lit {
+            casters.append(&mut to.casters(resources)?);
+            casters.append(&mut to.bricks(resources)?);
+        }
         let keeps_surfaces =
             features.masks.is_some() && matches!(&bands[..], [part] if part.len() == 1);
         Ok(Self { casters, bands, keeps_surfaces })

@@ -2,7 +2,7 @@
 // `light_points` evaluates the light that they send to the eye. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::picture_in::points;
-import package::features::HAS_FAR_SIDES;
+import package::features::{HAS_COATS, HAS_FAR_SIDES};
 import package::records::pack::{from_octahedral, octahedral};
 import package::records::record::record_texel;
 
@@ -21,6 +21,17 @@ const POINT_LEAF: u32 = 7u;     // scatters light from its face's side, and othe
 fn is_faced(kind: u32) -> bool {
     return kind == POINT_SOLID || kind == POINT_PANE || kind == POINT_COVER || kind == POINT_LEAF;
 }
+
+// A clear coat over a surface.
+struct Coat {
+    share: f32,        // of the surface that it covers; 0: there is none
+    roughness: f32,
+    normal: vec3<f32>, // unit, on the eye's side
+}
+
+const NO_COAT: Coat = Coat(0.0, 0.0, vec3(0.0));
+
+const MIN_COAT_ROUGHNESS: f32 = 1.6e-5; // not 0 in 16 bits
 
 const POLISH_STEPS: f32 = 2047.0;
 const METAL_STEPS: f32 = 255.0;
@@ -43,6 +54,7 @@ struct Point {
     pixel: u32,           // x and, from bit 16 on, y, each up to 4095; 0 for a particle
     brick: u32,           // of POINT_BRICK: the brick whose voxels shadow the point; 0 for none
     far: vec3<f32>,       // of POINT_LEAF: share of the light from its far side that it scatters
+    coat: Coat,           // of POINT_SOLID
 }
 
 // Pixel, with the metalness in the last eight bits.
@@ -51,8 +63,22 @@ fn packed_pixel(p: Point) -> u32 {
     return (p.pixel & 0xfffu) | ((p.pixel >> 16u) << 12u) | (metal << 24u);
 }
 
-// Albedo and, for a leaf, its scattered share of the far side's light: unsigned, 16 bits each.
+// Whether a point has a coat. Its record has the coat's roughness as a reflectivity, which is 0 of other
+// opaque surfaces.
+fn is_coated(p: Point) -> bool {
+    return HAS_COATS && p.kind == POINT_SOLID && p.coat.share > 0.0;
+}
+
+// Albedo and, for a leaf, its scattered share of the far side's light: unsigned, 16 bits each; for what is
+// coated, the coat's share as well, and its normal.
 fn packed_shares(p: Point) -> vec3<u32> {
+    if is_coated(p) {
+        return vec3(
+            pack2x16unorm(p.albedo.xy),
+            pack2x16unorm(vec2(p.albedo.z, p.coat.share)),
+            octahedral(p.coat.normal),
+        );
+    }
     if HAS_FAR_SIDES && p.kind == POINT_LEAF {
         return vec3(
             pack2x16unorm(p.albedo.xy),
@@ -65,6 +91,7 @@ fn packed_shares(p: Point) -> vec3<u32> {
 
 fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
     let polish = u32(saturate(p.polish) * POLISH_STEPS + 0.5);
+    let gloss = select(p.reflectivity, max(p.coat.roughness, MIN_COAT_ROUGHNESS), is_coated(p));
     let bits = p.kind | (p.receives << 3u) | (polish << 5u) | (p.tag << 16u);
     return array(
         vec4(bitcast<vec3<u32>>(p.position), bits),
@@ -74,7 +101,7 @@ fn packed_point(p: Point) -> array<vec4<u32>, POINT_TEXELS> {
             bitcast<u32>(p.reach),
             p.cluster,
         ),
-        vec4(packed_shares(p), pack2x16unorm(vec2(p.roughness, p.reflectivity))),
+        vec4(packed_shares(p), pack2x16unorm(vec2(p.roughness, gloss))),
         vec4(bitcast<vec3<u32>>(p.emission), packed_pixel(p)),
     );
 }
@@ -95,6 +122,14 @@ fn load_point(index: u32) -> Point {
         albedo = vec3(unpack2x16unorm(look.x), mixed.x);
         far = vec3(mixed.y, unpack2x16unorm(look.z));
     }
+    var coat = NO_COAT;
+    var reflectivity = shine.y;
+    if HAS_COATS && kind == POINT_SOLID && shine.y > 0.0 {
+        let rest = unpack2x16unorm(look.y);
+        albedo = vec3(unpack2x16unorm(look.x), rest.x);
+        coat = Coat(rest.y, shine.y, from_octahedral(look.z));
+        reflectivity = 0.0;
+    }
     return Point(
         kind,
         bitcast<vec3<f32>>(words.xyz),
@@ -106,12 +141,13 @@ fn load_point(index: u32) -> Point {
         words.w >> 16u,
         albedo,
         shine.x,
-        shine.y,
+        reflectivity,
         f32((words.w >> 5u) & 2047u) / POLISH_STEPS,
         bitcast<vec3<f32>>(surface.xyz),
         f32(surface.w >> 24u) / METAL_STEPS,
         (surface.w & 0xfffu) | (((surface.w >> 12u) & 0xfffu) << 16u),
         select(0u, normals.x, kind == POINT_BRICK),
         far,
+        coat,
     );
 }

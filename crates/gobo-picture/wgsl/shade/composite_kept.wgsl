@@ -7,13 +7,15 @@ import package::bind::sampled::light_masks;
 import package::occlusion::occlusion::{Surroundings, pack_surroundings};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::mask::{mask_slot, slot_channels, slot_mask};
-import package::records::point::{POINT_SOLID, Point, load_point};
+import package::records::point::{NO_COAT, POINT_SOLID, Point, load_point};
 import package::records::record::record_texel;
 import package::refraction::refraction::{Bend, pack_bend};
+import package::shade::coat::past_coat;
 import package::shade::environment::from_around;
 import package::shade::incoming::incoming;
 import package::shade::point_light::ambient;
 import package::shade::shading::{PER_PI, irradiance};
+import package::shade::surface::eye;
 
 // Surfaces that show the surroundings behind them, times the share of the light that reaches them: the light
 // that `light_points` will multiply with is divided out.
@@ -35,6 +37,7 @@ fn caught(point: Point, catches: bool, to_eye: vec3<f32>) -> Point {
     shown.reflectivity = 0.0;
     shown.polish = 0.0;
     shown.metallic = 0.0;
+    shown.coat = NO_COAT;
     return shown;
 }
 
@@ -47,7 +50,8 @@ const IS_LAST: bool = false;
 fn keep_ambient(pixel: vec2<u32>, index: u32, depth: f32, passed: vec3<f32>) {
     let point = load_point(index);
     let is_surface = point.kind == POINT_SOLID;
-    let light = point.albedo * (1.0 - point.metallic) * ambient(point) * passed;
+    let past = past_coat(point, normalize(eye() - point.position));
+    let light = past * point.albedo * (1.0 - point.metallic) * ambient(point) * passed;
     // Spherical particles have flat depths.
     let normal = select(point.face, vec3(0.0), point.reach > 0.0);
     let shown = Surroundings(select(1.0, depth, is_surface), normal, select(vec3(0.0), light, is_surface));

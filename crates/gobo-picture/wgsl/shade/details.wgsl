@@ -4,9 +4,10 @@
 
 import package::bind::sampled::triangles;
 import package::bind::uniform::materials;
-import package::features::{HAS_DETAILS, HAS_FAR_SIDES, HAS_TEXTURES};
+import package::features::{HAS_COATS, HAS_DETAILS, HAS_FAR_SIDES, HAS_TEXTURES};
 import package::hit::triangle::triangle_image;
 import package::records::material::{DETAILS_SHIFT, GpuMaterial, NO_TEXTURE, far_side_of};
+import package::records::point::{Coat, NO_COAT};
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::shade::normals::triangle_normal;
 
@@ -15,6 +16,7 @@ struct Details {
     open: f32,         // share of the ambient light that gets there
     roughness: f32,
     metallic: f32,
+    coat: Coat,
 }
 
 // `normal`: interpolated, on the eye's side.
@@ -26,20 +28,46 @@ fn details_at(
     id: u32,
     normal: vec3<f32>,
 ) -> Details {
-    var found = Details(normal, 1.0, material.roughness, material.metallic);
+    var found = Details(normal, 1.0, material.roughness, material.metallic, NO_COAT);
     let index = material.shows >> DETAILS_SHIFT;
     if HAS_DETAILS && index != 0u {
         let details = materials[index - 1u];
         if details.texture != NO_TEXTURE {
             let size = details.texture_size;
             let rgb = triangle_image(details.texture, size, setup, pixel, barycentric, true).rgba.rgb;
-            found = Details(normal, rgb.x, rgb.y, rgb.z);
+            found = Details(normal, rgb.x, rgb.y, rgb.z, NO_COAT);
         }
         if details.emissive_texture != NO_TEXTURE {
             let layer = details.emissive_texture;
             let rgb = triangle_image(layer, details.emissive_size, setup, pixel, barycentric, true).rgba.rgb;
             found.normal = bent(id & ~TRIANGLE_BIT, barycentric, normal, rgb * 2.0 - 1.0);
         }
+        let coat = details.shows >> DETAILS_SHIFT;
+        if HAS_COATS && coat != 0u {
+            found.coat = coat_at(materials[coat - 1u], setup, pixel, barycentric, id, normal);
+        }
+    }
+    return found;
+}
+
+fn coat_at(
+    material: GpuMaterial,
+    setup: u32,
+    pixel: vec2<f32>,
+    barycentric: vec3<f32>,
+    id: u32,
+    normal: vec3<f32>,
+) -> Coat {
+    var found = Coat(material.reflectivity, material.roughness, normal);
+    if material.texture != NO_TEXTURE {
+        let size = material.texture_size;
+        let rgb = triangle_image(material.texture, size, setup, pixel, barycentric, true).rgba.rgb;
+        found = Coat(rgb.x, rgb.y, normal);
+    }
+    if material.emissive_texture != NO_TEXTURE {
+        let layer = material.emissive_texture;
+        let rgb = triangle_image(layer, material.emissive_size, setup, pixel, barycentric, true).rgba.rgb;
+        found.normal = bent(id & ~TRIANGLE_BIT, barycentric, normal, rgb * 2.0 - 1.0);
     }
     return found;
 }

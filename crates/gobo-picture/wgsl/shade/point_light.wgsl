@@ -3,7 +3,7 @@
 
 import package::bind::picture_out::lit;
 import package::bind::uniform::{picture_params, point_batch};
-import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_FAR_SIDES, HAS_SHADOWS};
+import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_COATS, HAS_FAR_SIDES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
     POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced,
@@ -12,6 +12,7 @@ import package::records::point::{
 import package::records::point_list::{is_listed, point_at, point_count};
 import package::records::record::record_texel;
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
+import package::shade::coat::{coat_mirrored, coat_shine, past_coat};
 import package::shade::incoming::incoming;
 import package::shade::own_shadow::{outside, own_passed};
 import package::shade::receiver::{set_leaf, set_receiver};
@@ -104,7 +105,8 @@ fn point_light(number: u32) -> vec3<f32> {
     let point = load_point(aside(ASIDE_SHINE).w);
     let diffuse = floats_of(aside(ASIDE_DIFFUSE)).xyz;
     let shine = floats_of(aside(ASIDE_SHINE)).xyz;
-    return point.emission + point.albedo * (1.0 - point.metallic) * diffuse + shine;
+    let past = past_coat(point, normalize(eye() - point.position));
+    return point.emission + past * point.albedo * (1.0 - point.metallic) * diffuse + shine;
 }
 
 // Adds a light, of which the maps pass the share `by_maps`, to the sums laid aside.
@@ -140,6 +142,10 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     var added = select(vec3(0.0), passed * (cosine * lobe), shines);
     if HAS_FAR_SIDES {
         added += point.far * passed * (max(-cosine, 0.0) * PER_PI);
+    }
+    if HAS_COATS {
+        let coat = passed * coat_shine(point.coat, arriving.toward, middle);
+        added = mix(added, coat, coat_mirrored(point.coat, to_eye));
     }
     lay_aside(ASIDE_SHINE, vec4(bits_of(floats_of(shine).xyz + added, 0.0).xyz, shine.w));
 }

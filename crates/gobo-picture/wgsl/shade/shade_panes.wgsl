@@ -8,7 +8,7 @@ import package::records::footprint::setup_texel;
 import package::records::light::cluster_of;
 import package::records::mask::pixel_number;
 import package::records::material::TRANSFER_SMOKE;
-import package::records::point::{POINT_COVER, POINT_LEAF, POINT_PANE, Point};
+import package::records::point::{NO_COAT, POINT_COVER, POINT_LEAF, POINT_PANE, Point};
 import package::records::point_list::{point_at, point_count};
 import package::records::record::record_texel;
 import package::records::texel::owner_tag;
@@ -57,6 +57,7 @@ fn of_pane(view: GpuView, pixel: vec2<f32>, pane: Pane) -> Point {
         pixel_number(pixel),
         0u,
         scattered * far.color,
+        NO_COAT,
     );
 }
 

@@ -7,7 +7,7 @@ import package::bind::picture_out::lit;
 import package::bind::sampled::casters;
 import package::bind::uniform::{materials, views};
 import package::features::{
-    HAS_CAPSULES, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
+    HAS_CAPSULES, HAS_COATS, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
 };
 import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
 import package::records::caster::{capsule_of, look_material, particle_object};
@@ -18,12 +18,13 @@ import package::records::material::{
     GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear, shows_color, shows_surroundings,
 };
 import package::records::pack::unpack_color;
-import package::records::point::{POINT_LEAF, POINT_NONE, POINT_SOLID, Point};
+import package::records::point::{NO_COAT, POINT_LEAF, POINT_NONE, POINT_SOLID, Point};
 import package::records::point_list::SURFACE_LIST;
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::texel::owner_tag;
 import package::records::view::GpuView;
 import package::shade::band::band_pixel;
+import package::shade::coat::{coat_mirrored, past_coat};
 import package::shade::details::{details_at, emission_at, far_side};
 import package::shade::environment::from_around;
 import package::shade::normals::{normals_at, rounded};
@@ -95,10 +96,18 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
         pixel_number(pixel),
         0u,
         far.color,
+        NO_COAT,
     );
+    if HAS_COATS && is_lit && !far.is_there {
+        point.coat = details.coat;
+        let mirrored = reflect(-to_eye, point.coat.normal);
+        let coat = details.open * from_around(mirrored, point.coat.roughness);
+        point.emission = mix(point.emission, coat, coat_mirrored(point.coat, to_eye));
+    }
     if HAS_DETAILS {
         // Ambient light is added behind the lights.
-        point.emission -= (1.0 - details.open) * (1.0 - point.metallic) * point.albedo * ambient(point);
+        let taken = (1.0 - details.open) * past_coat(point, to_eye);
+        point.emission -= taken * (1.0 - point.metallic) * point.albedo * ambient(point);
     }
     return caught(point, shows_surroundings(material), to_eye);
 }
@@ -143,6 +152,7 @@ fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
         pixel_number(pixel),
         0u,
         vec3(0.0),
+        NO_COAT,
     );
     return caught(point, shows_surroundings(material), to_eye);
 }

@@ -1,11 +1,11 @@
 //! CPU reference of `crates/gobo-picture/wgsl/shade/details.wgsl`: what images say of an opaque surface texel
 //! by texel.
-use super::seen::Seen;
-use crate::hit::HitTriangle;
+use super::{super::shading::Coat, seen::Seen};
+use crate::hit::{HitTriangle, TriangleHit};
 use glam::{Vec2, Vec3};
 use gobo::{
     model::Material,
-    records::{Footprint, TriangleRecord, from_octahedral},
+    records::{Footprint, TriangleRecord, TriangleSetup, from_octahedral},
 };
 
 /// Properties of a surface that images give.
@@ -17,6 +17,7 @@ pub(super) struct Details {
     pub(super) open: f32,
     pub(super) roughness: f32,
     pub(super) metallic: f32,
+    pub(super) coat: Coat,
 }
 
 impl Seen<'_> {
@@ -30,23 +31,35 @@ impl Seen<'_> {
         normal: Vec3,
     ) -> Details {
         let Material { roughness, metallic, .. } = *material;
-        let mut found = Details { normal, open: 1.0, roughness, metallic };
+        let mut found = Details { normal, open: 1.0, roughness, metallic, coat: Coat::NONE };
         let setup = self.setup(footprint);
         let Some((details, met)) = material.details.zip(setup.hit(pixel)) else { return found };
         let details = &self.records.materials[details as usize];
-        let image = |texture: u32| {
-            let seen = self.records().seen_image(texture, setup, pixel, met.uv, true);
-            seen.rgba.truncate()
+        let image = |texture: u32| self.data_of(texture, setup, pixel, met);
+        let bent_by = |texture: Option<u32>| {
+            let by = texture.map(|texture| image(texture) * 2.0 - 1.0);
+            by.map_or(normal, |by| bent(self.record(footprint), met.barycentric, normal, by))
         };
         if let Some(texture) = details.texture {
-            let [open, roughness, metallic] = image(texture).to_array();
-            found = Details { normal, open, roughness, metallic };
+            [found.open, found.roughness, found.metallic] = image(texture).to_array();
         }
-        if let Some(texture) = details.emissive_texture {
-            let by = image(texture) * 2.0 - 1.0;
-            found.normal = bent(self.record(footprint), met.barycentric, normal, by);
+        found.normal = bent_by(details.emissive_texture);
+        if let Some(coat) = details.details {
+            let coat = &self.records.materials[coat as usize];
+            let mut shares = [coat.reflectivity, coat.roughness];
+            if let Some(texture) = coat.texture {
+                let rgb = image(texture);
+                shares = [rgb.x, rgb.y];
+            }
+            let [share, roughness] = shares;
+            found.coat = Coat { share, roughness, normal: bent_by(coat.emissive_texture) };
         }
         found
+    }
+
+    /// Numbers that an image gives where the ray meets a triangle.
+    fn data_of(&self, texture: u32, setup: &TriangleSetup, pixel: Vec2, met: TriangleHit) -> Vec3 {
+        self.records().seen_image(texture, setup, pixel, met.uv, true).rgba.truncate()
     }
 }
 

@@ -19,7 +19,7 @@ use super::{
     occlude::is_solid,
     occlusion::{Surroundings, occluded},
     refraction::refracted_picture,
-    shading::{Gloss, Lighting, Point, PointKind, Receiver, world_point},
+    shading::{Coat, Gloss, Lighting, Point, PointKind, Receiver, world_point},
     threads::each,
     tile::{Tile, TileTexels},
 };
@@ -262,6 +262,7 @@ impl Eye<'_> {
             emission: Vec3::ZERO,
             metallic: 0.0,
             far: Vec3::ZERO,
+            coat: Coat::NONE,
         };
         self.lighting.light(&point, None)
     }
@@ -299,6 +300,7 @@ impl Eye<'_> {
                 emission: grid.emission * black_body(kelvin),
                 metallic: 0.0,
                 far: Vec3::ZERO,
+                coat: Coat::NONE,
             };
             if !is_own_shadow {
                 return self.lighting.light(&point, None);

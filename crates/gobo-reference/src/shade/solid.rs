@@ -1,6 +1,6 @@
 //! Points of the nearest opaque surfaces.
 use super::{
-    super::shading::{Gloss, Point, PointKind, Receiver},
+    super::shading::{Coat, Gloss, Point, PointKind, Receiver},
     Eye, Seen,
     details::Details,
     is_solid, seen_color,
@@ -93,7 +93,7 @@ impl Eye<'_> {
             let facet = self.triangle(solid, footprint, material, hit, pixel);
             let Point { albedo, to_eye, face, .. } = facet;
             let details = solid.details(material, footprint, pixel, facet.normal);
-            let Details { normal, open, roughness, metallic } = details;
+            let Details { normal, open, roughness, metallic, coat } = details;
             let facet = Point { normal, roughness, ..facet };
             let surface = (roughness, metallic);
             let around = open * self.lighting.mirrored_around(surface, albedo, normal, to_eye);
@@ -122,8 +122,12 @@ impl Eye<'_> {
                 to_eye: (self.position() - position).normalize(),
                 emission: facet.emission + around,
                 metallic,
+                coat,
                 ..facet
             };
+            let reflected = (-to_eye).reflect(coat.normal);
+            let over = open * self.lighting.radiance_around(reflected, coat.roughness);
+            point.emission = point.emission.lerp(over, coat.mirrored(to_eye));
             point.emission -= (1.0 - open) * self.lighting.ambient_of(&point);
             return point;
         }
@@ -158,6 +162,7 @@ impl Eye<'_> {
             emission: material.emission + around,
             metallic: material.metallic,
             far: Vec3::ZERO,
+            coat: Coat::NONE,
         }
     }
 
@@ -191,6 +196,7 @@ impl Eye<'_> {
             emission: seen.emission(material, setup, pixel),
             metallic: 0.0,
             far: Vec3::ZERO,
+            coat: Coat::NONE,
         }
     }
 }

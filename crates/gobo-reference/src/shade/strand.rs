@@ -1,6 +1,6 @@
 //! Points of strands.
 use super::{
-    super::shading::{Gloss, Point, PointKind, Receiver},
+    super::shading::{Coat, Gloss, Point, PointKind, Receiver},
     Eye,
 };
 use glam::{UVec2, Vec3};
@@ -33,6 +33,7 @@ impl Eye<'_> {
             emission: Vec3::ZERO,
             metallic: 0.0,
             far: Vec3::ZERO,
+            coat: Coat::NONE,
         }
     }
 

@@ -1,5 +1,6 @@
 //! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a
 //! point, and its reflection to the camera.
+mod coat;
 pub mod receive;
 mod reflectance;
 pub mod seen_plane;
@@ -7,6 +8,7 @@ pub mod taps;
 mod thrown;
 mod tone;
 
+pub use coat::Coat;
 pub use reflectance::{DARKEST, HEAD_ON, ORDERS, SHEEN};
 use reflectance::{
     highlight, mirrored_solid, phase_of_orders, rising, scattered, strand_scattered,
@@ -74,6 +76,8 @@ pub struct Point {
     pub metallic: f32,
     /// Scattered share of the light from the far side of a leaf.
     pub far: Vec3,
+    /// Clear coat of an opaque surface.
+    pub coat: Coat,
 }
 
 /// Scattering of a point.
@@ -249,7 +253,8 @@ impl<'a> Lighting<'a> {
         let mirrors = is_solid && self.environment.is_some();
         let mirror = point.gloss.mirrored_sky(point.normal.dot(point.to_eye), point.roughness);
         let kept = if mirrors { 1.0 - mirror } else { 1.0 };
-        point.albedo * (1.0 - point.metallic) * kept * self.ambient_at(point)
+        let past = 1.0 - point.coat.mirrored(point.to_eye);
+        past * point.albedo * (1.0 - point.metallic) * kept * self.ambient_at(point)
     }
 
     /// Ambient light that a leaf scatters from its far side.
@@ -284,6 +289,9 @@ impl<'a> Lighting<'a> {
     /// `through`: share of light number `index` that comes from a direction, with the normal on its side.
     fn light_through(&self, point: &Point, through: impl Fn(usize, Vec3, Vec3) -> Vec3) -> Vec3 {
         let (mut diffuse, mut shine) = (Vec3::ZERO, Vec3::ZERO);
+        // Shares of the light that a coat mirrors, and that passes it.
+        let coat = point.coat.mirrored(point.to_eye);
+        let past = 1.0 - coat;
         for (index, light) in self.lights().iter().enumerate() {
             let (toward, color) = incoming(light, point.position);
             let (cosine, side) = (point.normal.dot(toward), point.face.dot(toward));
@@ -319,10 +327,11 @@ impl<'a> Lighting<'a> {
             );
             shine += point.far * passed * ((-cosine).max(0.0) * FRAC_1_PI);
             if has_face && cosine > 0.0 {
-                shine += passed * (cosine * highlight(point, toward));
+                shine += passed * (cosine * past * highlight(point, toward));
             }
+            shine += passed * (coat * point.coat.shine(toward, point.to_eye));
         }
-        let scattered = point.albedo * (1.0 - point.metallic) * diffuse;
+        let scattered = past * point.albedo * (1.0 - point.metallic) * diffuse;
         point.emission + self.ambient_of(point) + scattered + shine
     }
 
@@ -341,6 +350,7 @@ impl<'a> Lighting<'a> {
             emission: Vec3::select(is_lit, Vec3::ZERO, behind),
             gloss: Gloss { reflectivity: 0.0, polish: 0.0 },
             metallic: 0.0,
+            coat: Coat::NONE,
             ..*point
         }
     }

@@ -75,14 +75,19 @@ pub(super) fn mirrored_solid(albedo: Vec3, metallic: f32, cosine: f32, roughness
     head_on + (head_on.max(Vec3::splat(1.0 - roughness)) - head_on) * rising(cosine)
 }
 
-/// Specular highlight: Blinn 1977, normalised so that it sends out all light that arrives head-on, and never
-/// more; exponent from the roughness as in Walter et al. 2007, section 6.
+/// Specular highlight of a point, by its reflectance.
 pub(super) fn highlight(point: &Point, toward: Vec3) -> Vec3 {
     let Point { normal, to_eye, roughness, gloss, albedo, metallic, .. } = *point;
     let head_on = Vec3::splat(HEAD_ON).lerp(albedo, metallic);
     let middle = (toward + to_eye).normalize();
+    lobe(normal, middle, roughness) * gloss.mirrored(to_eye.dot(middle), head_on)
+}
+
+/// Highlight per unit of reflectance: Blinn 1977, normalised so that it sends out all light that arrives
+/// head-on, and never more; exponent from the roughness as in Walter et al. 2007, section 6.
+pub(super) fn lobe(normal: Vec3, middle: Vec3, roughness: f32) -> f32 {
     let width = (roughness * roughness).max(0.04);
     let exponent = 2.0 / (width * width) - 1.0;
     let lobe = normal.dot(middle).max(1e-6).powf(exponent);
-    (exponent + 6.0) * (FRAC_1_PI / 8.0) * lobe * gloss.mirrored(to_eye.dot(middle), head_on)
+    (exponent + 6.0) * (FRAC_1_PI / 8.0) * lobe
 }

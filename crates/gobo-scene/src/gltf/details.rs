@@ -55,12 +55,7 @@ impl<'a> SurfaceImages<'a> {
             false => None,
         };
         let emissive_texture = match &self.normals {
-            Some((image, factor)) => {
-                let numbers = [f32::NAN, *factor, 0.0];
-                Some(textures.add_data([Some(image), None], numbers, |[image, _]| {
-                    scaled_normals(image, *factor)
-                })?)
-            }
+            Some((image, factor)) => Some(add_normals(textures, image, *factor)?),
             None => None,
         };
         Ok(model::Material {
@@ -71,27 +66,46 @@ impl<'a> SurfaceImages<'a> {
         })
     }
 
-    /// Shares of ambient light, roughness and metal, at the larger size of both images.
+    /// Shares of ambient light, roughness and metal.
     fn shares(&self, images: [Option<RgbaImage>; 2]) -> RgbaImage {
-        let sizes = images.iter().flatten().map(RgbaImage::dimensions);
-        let (width, height) = sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)));
-        let [rough, occlusion] = images.map(|image| {
-            image.map(|image| match image.dimensions() == (width, height) {
-                true => image,
-                false => image::imageops::resize(&image, width, height, FilterType::Triangle),
-            })
-        });
         let strength = self.occlusion.as_ref().map_or(0.0, |(_, strength)| *strength);
-        let byte = |image: &Option<RgbaImage>, x, y, channel: usize| {
-            image.as_ref().map_or(1.0, |image| f32::from(image.get_pixel(x, y).0[channel]) / 255.0)
-        };
-        RgbaImage::from_fn(width, height, |x, y| {
-            let open = 1.0 - strength * (1.0 - byte(&occlusion, x, y, 0));
-            let roughness = self.factors[0] * byte(&rough, x, y, 1);
-            let metal = self.factors[1] * byte(&rough, x, y, 2);
-            image::Rgba([srgb_byte(open), srgb_byte(roughness), srgb_byte(metal), 255])
+        data_image(images, |[rough, occlusion]| {
+            let open = 1.0 - strength * (1.0 - occlusion[0]);
+            [open, self.factors[0] * rough[1], self.factors[1] * rough[2]]
         })
     }
+}
+
+/// Numbers that the texels of two images give, at the larger size of both; 1 without an image.
+pub(super) fn data_image(
+    images: [Option<RgbaImage>; 2],
+    numbers: impl Fn([[f32; 4]; 2]) -> [f32; 3],
+) -> RgbaImage {
+    let sizes = images.iter().flatten().map(RgbaImage::dimensions);
+    let (width, height) = sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+    let images = images.map(|image| {
+        image.map(|image| match image.dimensions() == (width, height) {
+            true => image,
+            false => image::imageops::resize(&image, width, height, FilterType::Triangle),
+        })
+    });
+    RgbaImage::from_fn(width, height, |x, y| {
+        let texel = |image: &RgbaImage| image.get_pixel(x, y).0.map(|byte| f32::from(byte) / 255.0);
+        let texels = images.each_ref().map(|image| image.as_ref().map_or([1.0; 4], texel));
+        let [red, green, blue] = numbers(texels).map(srgb_byte);
+        image::Rgba([red, green, blue, 255])
+    })
+}
+
+/// The texture of an image of normals, of which x and y are times the factor.
+pub(super) fn add_normals(
+    textures: &mut Textures<'_>,
+    image: &Image<'_>,
+    factor: f32,
+) -> Result<u32, SceneError> {
+    // Not a number tells these numbers from those of other images.
+    let numbers = [f32::NAN, factor, 0.0];
+    textures.add_data([Some(image), None], numbers, |[image, _]| scaled_normals(image, factor))
 }
 
 /// A factor of normals; 1 if it is not finite.

@@ -1,6 +1,7 @@
 //! A glTF document and its bytes, validated before anything is read through them: the `gltf` crate's readers
 //! trust offsets, counts and indices.
 use super::{
+    coat::{self, Coat},
     diffuse::{self, Diffuse},
     draco,
     film::{self, Film},
@@ -40,6 +41,7 @@ pub(crate) struct GltfFile {
     instancing: Vec<Option<Instancing>>,
     films: Vec<Option<Film>>,
     diffuse: Vec<Option<Diffuse>>,
+    coats: Vec<Option<Coat>>,
     /// Primitives of splats, taken out of the document.
     pub(crate) splats: Vec<SplatPrimitive>,
     /// Features of the file that are ignored, a sentence each.
@@ -65,7 +67,7 @@ impl GltfFile {
         json::add_zeros(&mut value);
         let splats = splat_json::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (json::instancing(&value), film::films(&value));
-        let diffuse = diffuse::all(&value);
+        let (diffuse, coats) = (diffuse::all(&value), coat::all(&value));
         let packed = meshopt::packed(&value).map_err(invalid)?;
         let fallbacks = meshopt::fallbacks(&value);
         let damaged = |error: &dyn std::fmt::Display| {
@@ -98,6 +100,7 @@ impl GltfFile {
             instancing,
             films,
             diffuse,
+            coats,
             splats,
             notes,
         };
@@ -156,6 +159,11 @@ impl GltfFile {
     /// Diffuse transmission of a material.
     pub(crate) fn diffuse(&self, material: &gltf::Material<'_>) -> Option<Diffuse> {
         self.diffuse.get(material.index()?).copied().flatten()
+    }
+
+    /// Clear coat of a material.
+    pub(crate) fn coat(&self, material: &gltf::Material<'_>) -> Option<Coat> {
+        self.coats.get(material.index()?).copied().flatten()
     }
 
     /// Bytes of a data URI, or of a file in the document's folder or below.

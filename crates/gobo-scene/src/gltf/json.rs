@@ -8,7 +8,7 @@ use crate::{
 use serde_json::{Map, Value, json};
 
 /// Extensions that this module or the `gltf` crate supports.
-pub(crate) const EXTENSIONS: [&str; 21] = [
+pub(crate) const EXTENSIONS: [&str; 22] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -17,6 +17,7 @@ pub(crate) const EXTENSIONS: [&str; 21] = [
     "KHR_gaussian_splatting_compression_spz",
     "KHR_gaussian_splatting_compression_spz_2",
     "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",

@@ -9,13 +9,16 @@
 //! material.
 use super::{
     Earlier,
+    coat::Coat,
+    coat_images::coat_material,
     details::SurfaceImages,
     file::GltfFile,
     texture::{Product, Textures, share, transmission},
+    uses::Uses,
 };
 use crate::{SceneError, far_sides::far_side, limits::Limit};
 use ::gltf::material::{AlphaMode, PbrMetallicRoughness, Volume};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 use gobo::model::{Fresnel, Material, Skipped, Texture, Transfer};
 use std::collections::HashMap;
 
@@ -46,46 +49,6 @@ struct Inside {
     shell: Option<u32>,
     /// Material of a mesh with a single face along most rays.
     sheet: Option<u32>,
-}
-
-/// A primitive's use of its material.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Uses {
-    /// Index into the model's materials.
-    pub(crate) material: u32,
-    pub(crate) uv_set: u32,
-    offset: Vec2,
-    rotation: f32,
-    scale: Vec2,
-}
-
-impl Uses {
-    /// `KHR_texture_transform`: scale, then rotation (counterclockwise, v points down), then offset.
-    pub(crate) fn transform_uv(&self, uv: Vec2) -> Vec2 {
-        let (uv, (sin, cos)) = (uv * self.scale, self.rotation.sin_cos());
-        self.offset + Vec2::new(cos * uv.x + sin * uv.y, cos * uv.y - sin * uv.x)
-    }
-
-    fn new(material: u32, info: Option<&gltf::texture::Info<'_>>) -> Self {
-        let mut uses =
-            Self { material, uv_set: 0, offset: Vec2::ZERO, rotation: 0.0, scale: Vec2::ONE };
-        let Some(info) = info else { return uses };
-        uses.uv_set = info.tex_coord();
-        if let Some(transform) = info.texture_transform() {
-            uses.uv_set = transform.tex_coord().unwrap_or(uses.uv_set);
-            uses.offset = transform.offset().into();
-            uses.rotation = transform.rotation();
-            uses.scale = transform.scale().into();
-        }
-        uses
-    }
-
-    fn has_same_uvs(&self, other: &Self) -> bool {
-        self.uv_set == other.uv_set
-            && self.offset == other.offset
-            && self.rotation == other.rotation
-            && self.scale == other.scale
-    }
 }
 
 impl<'a> GltfMaterials<'a> {
@@ -173,7 +136,11 @@ impl<'a> GltfMaterials<'a> {
             (None, None) => 1,
         };
         let details = SurfaceImages::of(source, transmission(source) > 0.0);
-        Limit::Materials.grown_in(&self.file.path, count, more + u64::from(details.is_some()))?;
+        let details = match self.file.coat(source) {
+            Some(_) => 2,
+            None => u64::from(details.is_some()),
+        };
+        Limit::Materials.grown_in(&self.file.path, count, more + details)?;
         let uses = self.convert(source, scale)?;
         self.known.insert(key, uses);
         Ok(uses)
@@ -254,12 +221,45 @@ impl<'a> GltfMaterials<'a> {
             Some(surface) => Some(surface.details(&material.name, &mut self.textures)?),
             None => None,
         };
-        let behind = self.materials.len() + 1 + usize::from(far.is_some());
-        material.details = details.as_ref().map(|_| behind as u32);
+        let coat = match self.shown_coat(source, transmits, uses.uv_set) {
+            Some(coat) => {
+                let document = &self.file.document;
+                Some(coat_material(&coat, &material.name, document, &mut self.textures)?)
+            }
+            None => None,
+        };
+        let details = details.or(coat.as_ref().map(|_| Material {
+            name: format!("{} (details)", material.name),
+            ..Material::default()
+        }));
+        let behind = (self.materials.len() + 1 + usize::from(far.is_some())) as u32;
+        material.details = details.as_ref().map(|_| behind);
+        let details =
+            details.map(|it| Material { details: coat.as_ref().map(|_| behind + 1), ..it });
         self.materials.push(material);
         self.materials.extend(far);
         self.materials.extend(details);
+        self.materials.extend(coat);
         Ok(uses)
+    }
+
+    /// The clear coat of a solid, lit material.
+    fn shown_coat(
+        &mut self,
+        source: &gltf::Material<'_>,
+        transmits: bool,
+        uv_set: u32,
+    ) -> Option<Coat> {
+        let coat = self.file.coat(source)?;
+        let is_solid = !transmits && source.alpha_mode() != AlphaMode::Blend;
+        if !is_solid || source.unlit() || self.file.diffuse(source).is_some() {
+            self.ignore("clear coats of what is not opaque, or not lit, ignored");
+            return None;
+        }
+        if coat.has_other_uvs(uv_set) {
+            self.ignore("texture coordinates of clear coats' textures ignored");
+        }
+        Some(coat)
     }
 
     /// Counts images of what is not solid that are not shown.
@@ -314,8 +314,10 @@ impl<'a> GltfMaterials<'a> {
         let mut uses = Uses::new(id, first);
         let normals = source.normal_texture().map(|it| it.tex_coord());
         let occlusion = source.occlusion_texture().map(|it| it.tex_coord());
-        if first.is_none() && is_detailed {
-            uses.uv_set = normals.or(occlusion).unwrap_or(0);
+        if first.is_none() {
+            let coat = self.file.coat(source).and_then(|coat| coat.uv_set());
+            let own = normals.or(occlusion).filter(|_| is_detailed);
+            uses.uv_set = own.or(coat).unwrap_or(0);
         }
         for (uv_set, reason) in [
             (normals, "texture coordinates of normal textures ignored"),

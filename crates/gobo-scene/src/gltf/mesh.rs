@@ -1,9 +1,5 @@
 //! glTF primitives as triangles in world space.
-use super::{
-    file::GltfFile,
-    items::Items,
-    material::{GltfMaterials, Uses},
-};
+use super::{file::GltfFile, items::Items, material::GltfMaterials, uses::Uses};
 use crate::{
     SceneError,
     limits::{self, Limit},

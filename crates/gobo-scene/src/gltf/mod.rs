@@ -4,6 +4,8 @@
 //! (candela, lux) and are divided by 683 lm/W.
 pub(crate) mod animation;
 pub(crate) mod announced;
+mod coat;
+mod coat_images;
 mod details;
 mod diffuse;
 mod draco;
@@ -19,6 +21,7 @@ pub(crate) mod nodes;
 pub(crate) mod splat_json;
 pub(crate) mod splats;
 mod texture;
+mod uses;
 pub(crate) mod variants;
 
 use crate::{

@@ -120,7 +120,7 @@ impl<'a> Product<'a> {
     }
 }
 
-fn image(document: &Document, texture: Option<usize>) -> Option<Image<'_>> {
+pub(super) fn image(document: &Document, texture: Option<usize>) -> Option<Image<'_>> {
     document.textures().nth(texture?).map(|texture| texture.source())
 }
 

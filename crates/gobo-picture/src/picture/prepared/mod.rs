@@ -10,6 +10,7 @@ use super::{
     bands::{TileRect, band_tiles},
     clusters::Clusters,
     finish::{Finish, ToFinish},
+    first_light::{FirstLight, around},
     lighting::Lighting,
     lists::CameraList,
     shading::{ShadeFeatures, Shading, ToShade},
@@ -20,6 +21,7 @@ use gobo::{
     frame::Commands,
     gpu::{Allocator, Memory, Timeline, array_view},
     model::Class,
+    records::GpuView,
     shadows::{
         Shadows,
         batch::{batch_plan::BatchPlan, context::view_uniform},
@@ -51,6 +53,8 @@ pub struct PreparedPicture {
     #[expect(dead_code, reason = "as long as it is here, no other picture takes it")]
     band: Arc<BandMemory>,
     tile_count: u32,
+    /// View in which its casters are listed.
+    around: GpuView,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
@@ -63,6 +67,8 @@ pub(super) struct Targets {
     pub(super) lit: Texture,
     /// Light of the lattices of all bricks.
     pub(super) brick_lights: Texture,
+    /// Whether the light of particles and bricks is that of another picture.
+    pub(super) is_lit: bool,
     pixels: Buffer,
     /// Counters of the lists, part by part.
     counters: Buffer,
@@ -76,19 +82,24 @@ impl Targets {
         lit_count: u32,
         lattice_points: u32,
         part_count: usize,
+        taken: Option<&FirstLight>,
     ) -> Result<Self, Error> {
         let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
         let (float, copied) = (TextureFormat::Rgba32Float, BufferUsages::COPY_SRC);
         let extent = [u64::from(size.x), u64::from(size.y), 1];
         let radiance = allocator.texture("radiance", float, extent, read)?;
-        let lit = allocator.records("lit_casters", float, lit_count.into(), read)?;
-        let brick_lights = allocator.records("brick_lights", float, lattice_points.into(), read)?;
+        let mut records = |name, count: u32| allocator.records(name, float, count.into(), read);
+        let (lit, brick_lights) = match taken {
+            Some(taken) => (taken.particles.clone(), taken.bricks.clone()),
+            None => (records("lit_casters", lit_count)?, records("brick_lights", lattice_points)?),
+        };
         let pixel_count = u64::from(size.element_product());
         let pixels = allocator.storage::<u32>("pixels", pixel_count, copied)?;
         let parts = part_count as u64;
         let counters =
             allocator.storage::<[BatchCounters; 2]>("picture_counters", parts, copied)?;
-        Ok(Self { radiance, lit, brick_lights, pixels, counters })
+        let is_lit = taken.is_some();
+        Ok(Self { radiance, lit, brick_lights, is_lit, pixels, counters })
     }
 }
 
@@ -121,15 +132,24 @@ impl PreparedPicture {
         let (size, tiles) = (camera.size, camera.tiles());
         let rects = TileRect { origin: UVec2::ZERO, size: tiles }.parts(capacity.parts);
         let views = view_uniform(&mut allocator, &[camera.to_gpu(0, UVec2::ZERO, 0)]);
-        let lists = camera_lists(shadows, &mut allocator, request, &views, &rects)?;
+        let first = kept.first_light.clone();
+        let own = || around(camera, scene.samples);
+        let around = first.as_ref().map_or_else(own, |first| first.around);
+        let lists = camera_lists(shadows, &mut allocator, request, &around, &views, &rects)?;
         let lit_count = lists[1].first_setup;
         let records = request.light_records();
         let lattice_points = shadows.casters()?.bricks().lattice_points;
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
         let params = request.params(&records, &clusters.grid, lists[1].setup_origin);
         let params = allocator.uniform("picture_params", &params);
-        let mut targets =
-            Targets::new(&mut allocator, size, lit_count, lattice_points, rects.len())?;
+        let mut targets = Targets::new(
+            &mut allocator,
+            size,
+            lit_count,
+            lattice_points,
+            rects.len(),
+            first.as_ref(),
+        )?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
         // With all their levels; maps read only the first.
         let images = array_view(&shadows.casters()?.images);
@@ -190,6 +210,7 @@ impl PreparedPicture {
             pair_capacity: capacities.min().unwrap_or(0),
             band,
             tile_count: tiles.element_product(),
+            around,
             memory,
         })
     }
@@ -200,13 +221,14 @@ fn camera_lists(
     shadows: &Shadows,
     allocator: &mut Allocator<'_>,
     request: &PictureRequest<'_>,
+    around: &GpuView,
     views: &Buffer,
     parts: &[TileRect],
 ) -> Result<[CameraList; 2], Error> {
     let &PictureRequest { camera, capacity, .. } = request;
     let (view, tile_count) = (camera.to_gpu(0, UVec2::ZERO, 0), camera.tiles().element_product());
     let mut list = |classes| {
-        let plan = BatchPlan::of_camera(view, tile_count, shadows.casters()?, &classes);
+        let plan = BatchPlan::of_camera(view, around, tile_count, shadows.casters()?, &classes);
         CameraList::new(allocator, shadows, &plan, views, capacity.pairs, parts)
     };
     Ok([list(Class::SOLID)?, list(Class::BLENDED)?])

@@ -1,6 +1,6 @@
 //! Reads a picture's results back: pixels, light, masks, clusters, costs and counters.
-use super::{PictureCapacity, PreparedPicture};
-use crate::picture::air::Air;
+use super::{PictureCapacity, PreparedPicture, Targets};
+use crate::picture::{FirstLight, air::Air};
 use gobo::{
     Error,
     gpu::Gpu,
@@ -46,6 +46,14 @@ impl PreparedPicture {
     /// surface, 1 for the sky. Blocks.
     pub fn read_radiance(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, Error> {
         gpu.try_read_texture(&self.targets.radiance)
+    }
+
+    /// Light that pictures through further samples of the pixels take over, by
+    /// [`Kept::first_light`](super::Kept::first_light).
+    pub fn first_light(&self) -> FirstLight {
+        let Targets { lit, brick_lights, .. } = &self.targets;
+        let (particles, bricks) = (lit.clone(), brick_lights.clone());
+        FirstLight { around: self.around, particles, bricks }
     }
 
     /// Slices of each column of air that were lit, row by row; empty without air. Blocks.

@@ -1,5 +1,5 @@
 //! Inputs of a picture.
-use crate::picture::band_memory::BandMemory;
+use crate::picture::{FirstLight, band_memory::BandMemory};
 use glam::Vec3;
 use gobo::{
     model::{Environment, Scene, View},
@@ -79,6 +79,8 @@ pub struct Kept {
     pub slots: FormerSlots,
     pub(in crate::picture) masks: Option<Arc<MaskTextures>>,
     pub(super) band: Option<Arc<BandMemory>>,
+    /// Light of a picture through the first sample of the pixels, for pictures through further ones.
+    pub first_light: Option<FirstLight>,
     /// Environment of the last picture that had one, and its texels on the device.
     pub(in crate::picture) environment: Option<(Arc<Environment>, Texture)>,
 }
