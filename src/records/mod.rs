@@ -7,6 +7,7 @@ mod air;
 mod area;
 mod bloom;
 mod blue;
+mod bounce;
 mod brick;
 mod capsule;
 mod caster;
@@ -42,12 +43,15 @@ pub use area::{
 };
 pub use bloom::{bloom_sizes, refraction_levels};
 pub use blue::{BLUE_SIZE, blue_ranks};
+pub use bounce::{
+    BOUNCE_LENGTH, BOUNCE_SAMPLES, BOUNCE_VECTORS, BounceParams, albedo_of, solid_faces,
+};
 pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, SLOT_SIZE};
 pub use capsule::{CAPSULE_RECORDS, CapsuleRecord, Capsules};
 pub use caster::{CASTER_TEXELS, Caster};
 pub use caustic::{
     CARRY_BITS, CAUSTIC_ONE, CausticTexel, GLASS_VECTORS, GlassFace, NO_FACE, THROWN_BIT,
-    add_caustic, caustic_light, glass_faces,
+    add_caustic, caustic_light, caustic_words, glass_faces,
 };
 pub use cluster::{
     ALL_LIGHTS, ClusterCounters, ClusterGrid, ClusterParams, MAX_TILE, PLANES, REACH_TEXELS, Reach,

@@ -87,7 +87,7 @@ bitflags::bitflags! {
         const HAS_FAR_SIDES = 1 << 40;
         /// Images say of some triangles of the picture what they are like texel by texel.
         const HAS_DETAILS = 1 << 42;
-        /// Glass throws light of some light of the picture.
+        /// Glass or lit surfaces throw light of some light of the picture.
         const HAS_CAUSTICS = 1 << 41;
         /// Some of the views whose levels are made are faces of cubes.
         const HAS_FACES = 1 << 38;

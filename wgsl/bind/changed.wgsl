@@ -43,6 +43,7 @@ import package::records::tile::Segment;
 @group(0) @binding(176) var<storage, read_write> glass_depths: array<atomic<u32>>;
 @group(0) @binding(177) var<storage, read_write> glass_owners: array<atomic<u32>>;
 @group(0) @binding(178) var<storage, read_write> caustics: array<atomic<u32>>;
+@group(0) @binding(188) var<storage, read_write> bounced: array<vec4<f32>>; // the buffer of `bounces`
 @group(0) @binding(118) var<storage, read_write> layered_tiles: array<atomic<u32>>;
 // Slices of each column of air that are needed; in the upper 16 bits, those that earlier bands needed.
 @group(0) @binding(182) var<storage, read_write> air_ends: array<u32>;

@@ -1,27 +1,55 @@
 // caustics, throw: adds the light of a map's texels to the texels where glass throws it. One invocation per
-// texel. CPU reference: crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
+// texel and, where glass disperses light, per channel. CPU reference: crates/gobo-reference/src/caustics.rs.
+// Rust: src/stage/caustics.rs.
 
 import package::bind::changed::caustics;
 import package::bind::read::glass_owners;
 import package::bind::sampled::filters;
 import package::bind::uniform::{caustic_params, views};
-import package::caustics::landing::landing;
+import package::caustics::glass_face::glass_face;
+import package::caustics::landing::{Landed, landing};
+import package::caustics::light_views::{texel_number, texel_share};
 import package::records::glass::{CARRY_BITS, CAUSTIC_ONE, THROWN_BIT};
-import package::records::view::GpuView;
 
 override WORKGROUP_SIZE: u32;
 
-// Adds to a texel; a sum past 32 bits carries, so that the result does not depend on the order.
-fn add_caustic(view: GpuView, place: vec2<f32>, light: vec3<f32>) {
-    let texel = vec2<u32>(clamp(place, vec2(0.0), view.size - 1.0));
-    let first = 4u * (caustic_params.first + texel.y * u32(view.size.x) + texel.x);
-    let added = vec3<u32>(light * CAUSTIC_ONE + 0.5);
+// Most points along the edge of a texel that its light is divided into, over its rays and their footprints.
+const MAX_PARTS: u32 = 32u;
+// Largest edge of a ray's footprint [texels].
+const MAX_FOOTPRINT: f32 = 64.0;
+// Edge of a footprint where the neighbouring ray lands nowhere, or in another map [texels].
+const USUAL_FOOTPRINT: f32 = 8.0;
+
+// Adds to a texel; a sum past 32 bits carries, so that the result does not depend on the order. `rest`: what
+// rounding left of the light before; returns what it leaves now.
+fn add_caustic(number: u32, place: vec2<f32>, light: vec3<f32>, rest: vec3<f32>) -> vec3<f32> {
+    let first = 4u * (caustic_params.first + texel_number(number, place));
+    let whole = light * CAUSTIC_ONE + rest;
+    let added = vec3<u32>(whole);
     for (var i = 0u; i < 3u; i += 1u) {
         let former = atomicAdd(&caustics[first + i], added[i]);
         if added[i] > ~former {
             atomicAdd(&caustics[first + 3u], 1u << (CARRY_BITS * i));
         }
     }
+    return whole - vec3<f32>(added);
+}
+
+fn add_to_four(number: u32, place: vec2<f32>, light: vec3<f32>, before: vec3<f32>) -> vec3<f32> {
+    let corner = floor(place - 0.5);
+    let far = place - 0.5 - corner;
+    let near = 1.0 - far;
+    var rest = add_caustic(number, corner, light * (near.x * near.y), before);
+    rest = add_caustic(number, corner + vec2(1.0, 0.0), light * (far.x * near.y), rest);
+    rest = add_caustic(number, corner + vec2(0.0, 1.0), light * (near.x * far.y), rest);
+    return add_caustic(number, corner + vec2(1.0, 1.0), light * (far.x * far.y), rest);
+}
+
+// Way from the place of a ray to that of its neighbour [texels].
+fn way_to(landed: Landed, next: Landed, usual: vec2<f32>) -> vec2<f32> {
+    let is_near = next.is_there && next.number == landed.number;
+    let way = select(usual * USUAL_FOOTPRINT, next.at - landed.at, is_near);
+    return way * min(1.0, MAX_FOOTPRINT / max(length(way), 1e-6));
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -30,31 +58,47 @@ fn throw_light(
     @builtin(num_workgroups) workgroups: vec3<u32>,
 ) {
     let index = id.y * workgroups.x * WORKGROUP_SIZE + id.x;
-    let view = views[0];
+    let own = caustic_params.number;
+    let view = views[own];
     let width = u32(view.size.x);
     if index >= width * u32(view.size.y) {
         return;
     }
-    let owner = glass_owners[2u * index];
-    if owner == 0u {
+    let texel = caustic_params.base + index;
+    let stored = glass_owners[2u * texel];
+    if stored == 0u {
         return;
     }
-    atomicOr(&caustics[4u * (caustic_params.first + index) + 3u], THROWN_BIT);
-    let texel = vec2(index % width, index / width);
+    let owner = ~stored;
+    let disperses = glass_face(owner).spread > 0.0;
+    if id.z > 0u && !disperses {
+        return;
+    }
+    atomicOr(&caustics[4u * (caustic_params.first + texel) + 3u], THROWN_BIT);
+    let shift = select(0.0, f32(id.z) - 1.0, disperses);
+    let channel = select(vec3(1.0), vec3(f32(id.z == 0u), f32(id.z == 1u), f32(id.z == 2u)), disperses);
+    let at = vec2(index % width, index / width);
     let rays = caustic_params.rays;
-    let count = select(0u, rays * rays, owner != 0u);
-    let light = textureLoad(filters, view.origin + texel, view.layer, 0).rgb / f32(rays * rays);
-    for (var i = 0u; i < count; i += 1u) {
-        let part = vec2(f32(i % rays), f32(i / rays)) + 0.5;
-        let landed = landing(view, vec2<f32>(texel) + part / f32(rays), ~owner);
+    let edge = 1.0 / f32(rays);
+    var rest = vec3(0.5);
+    let light = textureLoad(filters, view.origin + at, view.layer, 0).rgb * channel * (edge * edge);
+    for (var i = 0u; i < rays * rays; i += 1u) {
+        let place = vec2<f32>(at) + (vec2(f32(i % rays), f32(i / rays)) + 0.5) * edge;
+        let landed = landing(own, place, owner, shift);
         if landed.is_there {
-            let corner = floor(landed.at - 0.5);
-            let far = landed.at - 0.5 - corner;
-            let near = 1.0 - far;
-            add_caustic(view, corner, light * (near.x * near.y));
-            add_caustic(view, corner + vec2(1.0, 0.0), light * (far.x * near.y));
-            add_caustic(view, corner + vec2(0.0, 1.0), light * (near.x * far.y));
-            add_caustic(view, corner + vec2(1.0, 1.0), light * (far.x * far.y));
+            // The ray's light falls on what lies between the places where its neighbours land.
+            let right = landing(own, place + vec2(edge, 0.0), owner, shift);
+            let below = landing(own, place + vec2(0.0, edge), owner, shift);
+            let across = way_to(landed, right, vec2(1.0, 0.0));
+            let down = way_to(landed, below, vec2(0.0, 1.0));
+            let wide = max(abs(across), abs(down));
+            let parts = clamp(u32(ceil(max(wide.x, wide.y))), 1u, MAX_PARTS / rays);
+            let arriving = light * (texel_share(own, place) / texel_share(landed.number, landed.at));
+            for (var k = 0u; k < parts * parts; k += 1u) {
+                let part = (vec2(f32(k % parts), f32(k / parts)) + 0.5) / f32(parts) - 0.5;
+                let to = landed.at + across * part.x + down * part.y;
+                rest = add_to_four(landed.number, to, arriving / f32(parts * parts), rest);
+            }
         }
     }
 }

@@ -1,6 +1,8 @@
 // Glass that refracts light, and the light that it throws. Rust: src/records/caustic.rs.
 
-const GLASS_VECTORS: u32 = 6u; // of a face: three corners [m], the first's w its index of refraction; normals
+// Vectors of a face: three corners [m], of which w is the index of refraction, its spread and nothing; three
+// normals, of which w is the albedo of a solid face, red, green and blue.
+const GLASS_VECTORS: u32 = 6u;
 
 // Light of one texel, in fixed point.
 const CAUSTIC_ONE: f32 = 65536.0;
@@ -13,7 +15,9 @@ const NEAR_SURFACE: f32 = 4.0;
 
 // Map of a view whose rays glass refracts.
 struct CausticParams {
-    first: u32,      // first texel of `caustics`
+    first: u32,      // first texel of the shadow's views in `caustics`
+    base: u32,       // first texel of this view among those of its shadow
+    number: u32,     // of this view in `views`
     face_count: u32,
     rays: u32,       // of a texel, along its edge
     slices: u32,     // workgroups of a face

@@ -40,6 +40,8 @@ pub(crate) struct GltfFile {
     instancing: Vec<Option<Instancing>>,
     films: Vec<Option<Film>>,
     diffuse: Vec<Option<Diffuse>>,
+    /// Dispersion by material.
+    dispersion: Vec<f32>,
     /// Primitives of splats, taken out of the document.
     pub(crate) splats: Vec<SplatPrimitive>,
     /// Features of the file that are ignored, a sentence each.
@@ -66,6 +68,7 @@ impl GltfFile {
         let splats = splat_json::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (json::instancing(&value), film::films(&value));
         let diffuse = diffuse::all(&value);
+        let dispersion = json::dispersion(&value);
         let packed = meshopt::packed(&value).map_err(invalid)?;
         let fallbacks = meshopt::fallbacks(&value);
         let damaged = |error: &dyn std::fmt::Display| {
@@ -98,6 +101,7 @@ impl GltfFile {
             instancing,
             films,
             diffuse,
+            dispersion,
             splats,
             notes,
         };
@@ -151,6 +155,11 @@ impl GltfFile {
     /// Thin film on a material.
     pub(crate) fn film(&self, material: usize) -> Option<Film> {
         self.films.get(material).copied().flatten()
+    }
+
+    /// Dispersion of a material: 20 over its Abbe number; 0 for none.
+    pub(crate) fn dispersion(&self, material: &gltf::Material<'_>) -> f32 {
+        material.index().and_then(|index| self.dispersion.get(index)).copied().unwrap_or(0.0)
     }
 
     /// Diffuse transmission of a material.
