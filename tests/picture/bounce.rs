@@ -122,7 +122,8 @@ fn a_point_light_bounces_off_all_sides() {
             wanted *= step * step / PI * SCATTERED;
             let found = on_wall(with, &scene, height) - on_wall(without, &scene, height);
             let apart = (f64::from(found.x) / wanted - 1.0).abs();
-            assert!(apart < 0.04, "{height} m: {found}, not {wanted}");
+            // Points of which a part is on the wall and another on the floor send light from one of them.
+            assert!(apart < 0.12, "{height} m: {found}, not {wanted}");
         }
     }
 }
@@ -147,7 +148,7 @@ fn bounces_without_maps_or_without_room_are_refused() {
     let error = |text: &str| read(text).unwrap_err().to_string();
     let sun = "[[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\n";
     let lamp = "[[light]]\nkind = 'point'\nposition = [0, 1, 0]\n";
-    assert!(error(&format!("{sun}bounce = 33\n")).contains("32"));
+    assert!(error(&format!("{sun}bounce = 33\n")).contains("bounce is 33"));
     assert!(error(&format!("{lamp}bounce = 14\n")).contains("13"));
     assert!(error(&format!("{sun}casts = false\nbounce = 4\n")).contains("casts no shadow"));
     let two = format!("{sun}bounce = 32\n{lamp}name = 'lamp'\nbounce = 1\n");

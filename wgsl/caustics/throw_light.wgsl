@@ -6,9 +6,11 @@ import package::bind::changed::caustics;
 import package::bind::read::glass_owners;
 import package::bind::sampled::filters;
 import package::bind::uniform::{caustic_params, views};
-import package::caustics::glass_face::glass_face;
+import package::caustics::glass_face::{glass_face, light_ray};
 import package::caustics::landing::{Landed, landing};
-import package::caustics::light_views::{texel_number, texel_share};
+import package::caustics::light_views::{
+    in_view, is_cube, map_place, seen, texel_number, texel_share,
+};
 import package::records::glass::{CARRY_BITS, CAUSTIC_ONE, THROWN_BIT};
 
 override WORKGROUP_SIZE: u32;
@@ -17,7 +19,7 @@ override WORKGROUP_SIZE: u32;
 const MAX_PARTS: u32 = 32u;
 // Largest edge of a ray's footprint [texels].
 const MAX_FOOTPRINT: f32 = 64.0;
-// Edge of a footprint where the neighbouring ray lands nowhere, or in another map [texels].
+// Edge of a footprint where the neighbouring ray lands nowhere, [texels].
 const USUAL_FOOTPRINT: f32 = 8.0;
 
 // Adds to a texel; a sum past 32 bits carries, so that the result does not depend on the order. `rest`: what
@@ -45,10 +47,14 @@ fn add_to_four(number: u32, place: vec2<f32>, light: vec3<f32>, before: vec3<f32
     return add_caustic(number, corner + vec2(1.0, 1.0), light * (far.x * far.y), rest);
 }
 
-// Way from the place of a ray to that of its neighbour [texels].
+// Way from the place of a ray to that of its neighbour, which may be in the map of another face [texels].
 fn way_to(landed: Landed, next: Landed, usual: vec2<f32>) -> vec2<f32> {
-    let is_near = next.is_there && next.number == landed.number;
-    let way = select(usual * USUAL_FOOTPRINT, next.at - landed.at, is_near);
+    var at = next.at;
+    if next.is_there && next.number != landed.number {
+        let ray = light_ray(next.number, next.at).step;
+        at = map_place(views[landed.number], in_view(landed.number, ray));
+    }
+    let way = select(usual * USUAL_FOOTPRINT, at - landed.at, next.is_there);
     return way * min(1.0, MAX_FOOTPRINT / max(length(way), 1e-6));
 }
 
@@ -84,11 +90,25 @@ fn throw_light(
     let light = textureLoad(filters, view.origin + at, view.layer, 0).rgb * channel * (edge * edge);
     for (var i = 0u; i < rays * rays; i += 1u) {
         let place = vec2<f32>(at) + (vec2(f32(i % rays), f32(i / rays)) + 0.5) * edge;
-        let landed = landing(own, place, owner, shift);
+        // The ray and two neighbours: its light falls on what lies between the places where they land. One
+        // call for all three keeps the kernel small.
+        var landed: Landed;
+        var right: Landed;
+        var below: Landed;
+        for (var k = 0u; k < 3u; k += 1u) {
+            let aside = vec2(select(0.0, edge, k == 1u), select(0.0, edge, k == 2u));
+            below = landing(own, place + aside, owner, shift);
+            if k == 0u {
+                landed = below;
+            }
+            if k == 1u {
+                right = below;
+            }
+            if !landed.is_there {
+                break;
+            }
+        }
         if landed.is_there {
-            // The ray's light falls on what lies between the places where its neighbours land.
-            let right = landing(own, place + vec2(edge, 0.0), owner, shift);
-            let below = landing(own, place + vec2(0.0, edge), owner, shift);
             let across = way_to(landed, right, vec2(1.0, 0.0));
             let down = way_to(landed, below, vec2(0.0, 1.0));
             let wide = max(abs(across), abs(down));
@@ -97,7 +117,14 @@ fn throw_light(
             for (var k = 0u; k < parts * parts; k += 1u) {
                 let part = (vec2(f32(k % parts), f32(k / parts)) + 0.5) / f32(parts) - 0.5;
                 let to = landed.at + across * part.x + down * part.y;
-                rest = add_to_four(landed.number, to, arriving / f32(parts * parts), rest);
+                var number = landed.number;
+                var texel_at = to;
+                if is_cube() && (any(to < vec2(0.0)) || any(to >= view.size)) {
+                    let other = seen(light_ray(number, to).step);
+                    number = other.number;
+                    texel_at = other.place;
+                }
+                rest = add_to_four(number, texel_at, arriving / f32(parts * parts), rest);
             }
         }
     }

@@ -36,7 +36,7 @@ pub const NEAR_SURFACE: f32 = 4.0;
 pub const MAX_PARTS: u32 = 32;
 /// Largest edge of a ray's footprint \[texels\].
 pub const MAX_FOOTPRINT: f32 = 64.0;
-/// Edge of a footprint where the neighbouring ray lands nowhere, or in another map \[texels\].
+/// Edge of a footprint where the neighbouring ray lands nowhere, \[texels\].
 pub const USUAL_FOOTPRINT: f32 = 8.0;
 
 /// Position in the map of a point in view space \[texels\].
@@ -212,6 +212,16 @@ impl Glass<'_> {
         None
     }
 
+    /// A position beside a map of a cube, in the map of the face that sees it.
+    fn on_map(&self, number: usize, at: Vec2) -> Landed {
+        let is_beside = index_at(&self.views.views[number], at).is_none();
+        if !(self.views.is_cube() && is_beside) {
+            return Landed { number, at };
+        }
+        let seen = self.views.seen(self.views.ray(number, at).1);
+        Landed { number: seen.number, at: seen.place }
+    }
+
     /// Adds the light of a ray to `parts`: to the texels around points of its footprint. `rest`: what rounding
     /// left of the texel's light before.
     fn throw(&self, ray: &Ray, rest: &mut Vec3, parts: &mut Vec<Part>) {
@@ -219,8 +229,14 @@ impl Glass<'_> {
         let Some(landed) = self.lands(number, texel, face, shift) else { return };
         let way = |aside: Vec2| {
             let to = self.lands(number, texel + aside * edge, face, shift);
-            let to = to.filter(|to| to.number == landed.number);
-            let way = to.map_or(aside * USUAL_FOOTPRINT, |to| to.at - landed.at);
+            let way = to.map_or(aside * USUAL_FOOTPRINT, |to| {
+                if to.number == landed.number {
+                    return to.at - landed.at;
+                }
+                let (_, ray) = self.views.ray(to.number, to.at);
+                let ray = self.views.in_view(landed.number, ray);
+                place(&self.views.views[landed.number], ray) - landed.at
+            });
             way * (MAX_FOOTPRINT / way.length().max(1e-6)).min(1.0)
         };
         let (across, down) = (way(Vec2::X), way(Vec2::Y));
@@ -230,11 +246,12 @@ impl Glass<'_> {
         let spread = self.views.texel_share(number, texel)
             / self.views.texel_share(landed.number, landed.at);
         let light = light * spread / (count * count) as f32;
-        let size = self.views.views[landed.number].size;
         for k in 0..count * count {
             let part = Vec2::new((k % count) as f32, (k / count) as f32) + 0.5;
             let part = part / count as f32 - 0.5;
-            let at = landed.at + across * part.x + down * part.y;
+            let Landed { number, at } =
+                self.on_map(landed.number, landed.at + across * part.x + down * part.y);
+            let size = self.views.views[number].size;
             let corner = (at - 0.5).floor();
             let far = at - 0.5 - corner;
             let near = 1.0 - far;
@@ -247,7 +264,7 @@ impl Glass<'_> {
                 let inside = (corner + aside).clamp(Vec2::ZERO, size - 1.0);
                 let index = inside.y as usize * size.x as usize + inside.x as usize;
                 let light = caustic_words(light * weight, rest);
-                parts.push(Part { number: landed.number, index, light });
+                parts.push(Part { number, index, light });
             }
         }
     }
