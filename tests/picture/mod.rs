@@ -3,6 +3,7 @@ mod air;
 mod air_reach;
 mod asides;
 mod bloom;
+mod bounce;
 mod bricks;
 mod catcher;
 mod coats;

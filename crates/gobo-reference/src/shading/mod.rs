@@ -15,7 +15,12 @@ use reflectance::{
 };
 pub use tone::{FILM_WHITE, shown, to_screen, to_srgb};
 
-use super::{air::phase, area::LightPoints, mask::Masks};
+use super::{
+    air::phase,
+    area::LightPoints,
+    bounce::{Bounce, bounced, bounces},
+    mask::Masks,
+};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
 use gobo::{
     model::{
@@ -37,6 +42,8 @@ pub struct Lighting<'a> {
     points: Vec<GpuLight>,
     views: Vec<GpuView>,
     maps: Vec<&'a ViewMaps>,
+    /// Points that send light on.
+    bounces: Vec<Bounce>,
     /// Mean ambient radiance over all directions.
     ambient: Vec3,
     irradiance: [Vec3; IRRADIANCE],
@@ -191,6 +198,7 @@ impl<'a> Lighting<'a> {
             points: records(&points.lights).lights,
             views: to_gpu(),
             maps: points.maps.clone(),
+            bounces: bounces(scene, &points.lights, &points.views, &points.maps),
             ambient: scene.mean_ambient(),
             irradiance: scene.irradiance(),
             background: scene.background,
@@ -288,7 +296,15 @@ impl<'a> Lighting<'a> {
 
     /// `through`: share of light number `index` that comes from a direction, with the normal on its side.
     fn light_through(&self, point: &Point, through: impl Fn(usize, Vec3, Vec3) -> Vec3) -> Vec3 {
-        let (mut diffuse, mut shine) = (Vec3::ZERO, Vec3::ZERO);
+        // A highlight never sends more light than it does head-on.
+        let once = |cosine: f32| match point.kind {
+            PointKind::Solid | PointKind::Leaf => {
+                scattered(point.kind, cosine) * (1.0 - HEAD_ON * point.gloss.polish)
+            }
+            kind => scattered(kind, cosine),
+        };
+        let mut diffuse = bounced(&self.bounces, point.position, point.normal, once);
+        let mut shine = Vec3::ZERO;
         // Shares of the light that a coat mirrors, and that passes it.
         let coat = point.coat.mirrored(point.to_eye);
         let past = 1.0 - coat;
@@ -315,11 +331,7 @@ impl<'a> Lighting<'a> {
                     color * phase_of_orders(through, ahead, anisotropy, point.albedo)
                 }
                 PointKind::Strand => passed * strand_scattered(point, toward),
-                // A highlight never sends more light than it does head-on.
-                PointKind::Solid | PointKind::Leaf => {
-                    passed * scattered(point.kind, cosine) * (1.0 - HEAD_ON * point.gloss.polish)
-                }
-                kind => passed * scattered(kind, cosine),
+                _ => passed * once(cosine),
             };
             let has_face = matches!(
                 point.kind,
