@@ -10,6 +10,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "ITEM_COUNT",
     "REACH_LANES",
     "PLANE_ROUNDING",
+    "TOUCH_TEXELS",
     "OFTEN_FEW",
     "WALKS_APART",
     "READS_OPAQUE",
