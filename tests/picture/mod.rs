@@ -22,6 +22,7 @@ mod lamps;
 mod lens;
 mod masks;
 mod models;
+mod near_surface;
 mod occlusion;
 mod refraction;
 mod renderer;

@@ -11,7 +11,8 @@ import package::caustics::light_views::{in_world, opaque_along, seen_in, texel_a
 import package::records::bounce::BOUNCE_VECTORS;
 import package::records::glass::{GLASS_VECTORS, NEAR_SURFACE};
 import package::shade::incoming::incoming;
-import package::shade::shading::PER_PI;
+
+const PER_PI: f32 = 0.31830989;
 
 override WORKGROUP_SIZE: u32;
 
