@@ -2,7 +2,7 @@
 //! alone, so a frame is the same whichever frame was made before it.
 //!
 //! Random numbers are integer hashes (Jarzynski and Olano 2020, `pcg`); a step uses only sums, products,
-//! divisions and square roots. The CPU reference of `wgsl/simulate/simulate_particles.wgsl`.
+//! divisions and square roots. The CPU reference of `wgsl/simulate/simulate.wgsl`.
 use super::{fluid::Fluid, hash::pcg};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;

@@ -22,7 +22,6 @@ mod light;
 mod look;
 mod look_up;
 mod mask;
-mod origin;
 mod point;
 mod scene;
 mod settings;

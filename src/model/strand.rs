@@ -150,7 +150,7 @@ impl Capsule {
 }
 
 /// Factor of a capsule's radius up to which it reaches at an end. `cosine`: of the end's plane with the axis;
-/// `slope` of the radius. WGSL: `wgsl/project/capsule_extent.wgsl`.
+/// `slope` of the radius. WGSL: `wgsl/project/extent.wgsl`.
 pub fn mitre(cosine: f32, slope: f32) -> f32 {
     let cosine = cosine.clamp(0.5, 1.0);
     let tangent = (1.0 - cosine * cosine).sqrt() / cosine;

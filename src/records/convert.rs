@@ -1,4 +1,4 @@
-//! Conversion of a view's maps to a layout of the host. WGSL: `wgsl/records/convert.wgsl`.
+//! Conversion of a view's maps to a layout of the host. WGSL: `wgsl/import/import.wgsl`.
 use glam::{Mat4, UVec2, Vec2};
 
 /// Numbers of the host's formats.

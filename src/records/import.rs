@@ -1,4 +1,4 @@
-//! Import of the host's depth maps. WGSL: `wgsl/records/import.wgsl`.
+//! Import of the host's depth maps. WGSL: `wgsl/import/import.wgsl`.
 use glam::{Mat4, UVec2, Vec2};
 
 crate::records::gpu_struct! {

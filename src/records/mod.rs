@@ -3,9 +3,7 @@
 //! Casters, footprints and triangles are stored in rgba32uint or rg32uint textures, [`ROW`] texels wide:
 //! element `i` of `n` texels starts at linear texel `i * n`. Texture reads are cheap on every adapter, and
 //! a texture is not bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
-mod air;
 mod area;
-mod bloom;
 mod blue;
 mod brick;
 mod capsule;
@@ -25,7 +23,6 @@ mod light;
 mod maps;
 mod mask;
 mod material;
-mod occlusion;
 mod outline;
 mod owner;
 mod pack;
@@ -34,13 +31,11 @@ mod triangle;
 mod view;
 
 pub use crate::model::pcg;
-pub use air::{AIR_CELL, AirParams, air_columns};
 pub use area::{
     AREA_FLAT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BLOCK_NODES, BLOCK_TEXELS, GpuArea,
     LEVELED_TEXELS, LeveledView, LightRecords, MAX_AREAS, MAX_LEVELS, SKIRT, level_count,
     level_size,
 };
-pub use bloom::{bloom_sizes, refraction_levels};
 pub use blue::{BLUE_SIZE, blue_ranks};
 pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, SLOT_SIZE};
 pub use capsule::{CAPSULE_RECORDS, CapsuleRecord, Capsules};
@@ -49,10 +44,7 @@ pub use caustic::{
     CARRY_BITS, CAUSTIC_ONE, CausticTexel, GLASS_VECTORS, GlassFace, NO_FACE, THROWN_BIT,
     add_caustic, caustic_light, glass_faces,
 };
-pub use cluster::{
-    ALL_LIGHTS, ClusterCounters, ClusterGrid, ClusterParams, MAX_TILE, PLANES, REACH_TEXELS, Reach,
-    UNIT,
-};
+pub use cluster::{ALL_LIGHTS, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT};
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};
 pub use curve::{CurveMap, PackedNode};
 pub use emitter::{EmissionParams, EmitterParams, GpuEmitted, STEPS_AT_ONCE};
@@ -90,7 +82,6 @@ pub use material::{
     DETAILS_SHIFT, FAR_SIDE_SHIFT, GpuMaterial, MAX_MATERIALS, NO_TEXTURE, SHOWS_COLOR,
     SHOWS_SURROUNDINGS,
 };
-pub use occlusion::OcclusionRadius;
 pub use outline::{OUTLINE_ROUNDING, Outline};
 pub use owner::{DEPTH_TAG_BITS, NO_OWNER, owner_tag, stored_tag};
 pub use pack::OPACITY_SCALE;

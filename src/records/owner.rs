@@ -1,5 +1,5 @@
 //! Owner tag of a texel's nearest translucent depth, for receivers that ignore their own object's casters.
-//! WGSL: `wgsl/records/owner.wgsl`.
+//! WGSL: `wgsl/records/texel.wgsl`.
 
 /// Tag of a texel without a translucent hit, or of one that was scattered.
 pub const NO_OWNER: u16 = 0;

@@ -3,7 +3,7 @@ use glam::{Vec2, Vec3};
 use half::f16;
 
 /// Packs a channel of a colour, 0..=1: the root of 1 - c in 16 bits, so that a nearly white caster keeps its
-/// absorption; for `gain`, the root of c, as a share of the largest. WGSL: `wgsl/records/color.wgsl`.
+/// absorption; for `gain`, the root of c, as a share of the largest. WGSL: `wgsl/records/pack.wgsl`.
 pub(super) fn color_bits(c: f32, is_gain: bool) -> u32 {
     let c = c.clamp(0.0, 1.0);
     (0.5 + 65535.0 * if is_gain { c } else { 1.0 - c }.sqrt()) as u32

@@ -19,7 +19,7 @@ use crate::{
 
 /// Most workgroups of `tiny`, which fill a GPU.
 pub const TINY_GROUPS: u32 = 1024;
-/// Largest addend of one of its invocations to a texel at a time. WGSL: `wgsl/sums/merge.wgsl`.
+/// Largest addend of one of its invocations to a texel at a time. WGSL: `wgsl/sums/scatter.wgsl`.
 pub const LARGEST_STEP: u32 = 16380;
 // All of them may have seen a sum that is not yet saturated.
 const _: () =
@@ -40,12 +40,12 @@ pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter
 pub(super) const PLAIN: Choice = Choice::new("accumulator", "accumulator/plain.wgsl");
 const PLAIN_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/plain.wgsl");
 /// Soft discs.
-pub(super) const DISCS: Choice = Choice::new("plain", "hit/plain_disc.wgsl");
+pub(super) const DISCS: Choice = Choice::new("plain", "hit/disc.wgsl");
 pub(super) const SPLATS: Choice = Choice::new("plain", "hit/plain_splat.wgsl");
 pub(super) const MAPS: Choice = Choice::new("output", "accumulator/maps.wgsl");
 /// Replaces [`MAPS`] where segments are composed one by one.
 pub(super) const ORDERED_MAPS: Choice = Choice::new("output", "accumulator/ordered.wgsl");
-const STORED: Choice = Choice::new("maps", "accumulator/maps_stored.wgsl");
+const STORED: Choice = Choice::new("maps", "choices.wgsl");
 
 /// Filters of tiles that are one segment.
 pub const TILES: KernelDesc =
@@ -68,7 +68,7 @@ pub const TINY: KernelDesc = KernelDesc {
     with: &[SUMS],
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
     tiers: Tier::BY_ATOMICS,
-    ..KernelDesc::new("accumulate_tiny", "entry/tiny.wgsl")
+    ..KernelDesc::new("accumulate_tiny", "entry/small.wgsl")
 };
 
 /// Casters whose pairs did not fit.

@@ -32,7 +32,7 @@ pub const TILE_LANES: u32 = 64;
 /// Clears the counters and sums of the other kernels.
 pub const CLEAR: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    ..KernelDesc::new("bin_clear", "bin/bin_clear.wgsl")
+    ..KernelDesc::new("bin_clear", "bin/bin.wgsl")
 };
 
 /// Counts the pairs of each block of footprints.
@@ -40,7 +40,7 @@ pub const COUNT: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: &[("SCAN_LANES", SERIAL_LANES as f64)],
     tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("bin_count", "bin/bin_count.wgsl")
+    ..KernelDesc::new("bin_count", "bin/bin.wgsl")
 };
 
 /// Replaces [`COUNT`] on GPUs.
@@ -48,7 +48,7 @@ pub const WIDE_COUNT: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: WIDE_LANES,
     tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("bin_count_wide", "bin/bin_count_wide.wgsl")
+    ..KernelDesc::new("bin_count_wide", "bin/bin_wide.wgsl")
 };
 
 /// Sums the counts up to each block.
@@ -56,13 +56,13 @@ pub const SCAN: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: &[("SCAN_LANES", SCAN_LANES as f64)],
     tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("bin_scan", "bin/bin_scan.wgsl")
+    ..KernelDesc::new("bin_scan", "bin/bin.wgsl")
 };
 
 /// Writes the pairs.
 pub const EMIT: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
-    ..KernelDesc::new("bin_emit", "bin/bin_emit.wgsl")
+    ..KernelDesc::new("bin_emit", "bin/bin.wgsl")
 };
 
 /// Replaces [`EMIT`] on GPUs.
@@ -70,38 +70,38 @@ pub const WIDE_EMIT: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: WIDE_LANES,
     tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("bin_emit_wide", "bin/bin_emit_wide.wgsl")
+    ..KernelDesc::new("bin_emit_wide", "bin/bin_wide.wgsl")
 };
 
 /// First and last pair of each tile; cuts long tiles into segments.
 pub const TILES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    ..KernelDesc::new("bin_tiles", "bin/bin_tiles.wgsl")
+    ..KernelDesc::new("bin_tiles", "bin/tiles.wgsl")
 };
 
 /// Where pairs did not fit, these bin the list again, a part of its tiles at a time.
 pub const PART_CLEAR: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    ..KernelDesc::new("part_clear", "bin/part_clear.wgsl")
+    ..KernelDesc::new("part_clear", "bin/parts.wgsl")
 };
 
 /// Where pairs did not fit: number of pairs of each tile, and the bands of tiles that each footprint may
 /// touch.
-pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/part_count.wgsl");
+pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/parts.wgsl");
 
 /// Prefix sum of the tiles' pairs, and whether the recorded parts suffice.
-pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/part_plan.wgsl");
+pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/parts.wgsl");
 
 /// Before all parts: sets the numbers of segments to zero.
-pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/part_first.wgsl");
+pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/parts.wgsl");
 
 /// The next part: as many tiles as there is room for their pairs, and the first and last pair of each.
-pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/part_next.wgsl");
+pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/parts.wgsl");
 
 /// The pairs of each tile of a part, front to back.
 pub const PART_GATHER: KernelDesc = KernelDesc::new("part_gather", "bin/part_gather.wgsl");
 
-/// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/dispatch.wgsl`.
+/// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/batch.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub enum DispatchEntry {
     /// Casters whose pairs did not fit.
@@ -132,7 +132,7 @@ impl DispatchEntry {
 const _: () = assert!(4 * DispatchEntry::COUNT <= TILE_LANES as u64);
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/bin.wgsl`.
+    /// WGSL: `wgsl/records/batch.wgsl`.
     #[derive(Default, Eq)]
     pub struct BinParams {
         /// For a list with host casters the most; `cull` replaces it.
@@ -188,7 +188,7 @@ pub fn tile_bits(tile_count: u32) -> u32 {
 }
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/bin.wgsl`.
+    /// WGSL: `wgsl/records/batch.wgsl`.
     #[derive(Default, Eq)]
     pub struct BatchCounters {
         pub pairs_needed: u32,
@@ -224,7 +224,7 @@ crate::records::gpu_struct! {
 }
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/bin.wgsl`.
+    /// WGSL: `wgsl/records/batch.wgsl`.
     #[derive(Default, Eq)]
     pub struct PartParams {
         /// Most pairs of a part.
@@ -234,7 +234,7 @@ crate::records::gpu_struct! {
     }
 }
 
-/// Most pairs that an invocation's run writes. WGSL: `wgsl/records/bin.wgsl`.
+/// Most pairs that an invocation's run writes. WGSL: `wgsl/records/batch.wgsl`.
 pub const RUN_PAIRS: u32 = 49152;
 
 /// Runs of a workgroup of `count` and `emit`: one for each invocation, or one for all.

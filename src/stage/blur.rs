@@ -50,7 +50,7 @@ pub const CURVE_COLUMNS: KernelDesc = KernelDesc {
 };
 
 /// Makes a mip level of the filter map.
-pub const FILTER_MIP: KernelDesc = KernelDesc::new("make_filter_mip", "blur/filter_mip.wgsl");
+pub const FILTER_MIP: KernelDesc = KernelDesc::new("make_filter_mip", "blur/window.wgsl");
 
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/blur/window.wgsl`.

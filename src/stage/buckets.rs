@@ -20,7 +20,7 @@ pub const COUNT: KernelDesc = KernelDesc {
     with: &[Choice::new("bucket", "bin/bucket_count.wgsl"), SCAN],
     constants: &[("SCAN_LANES", BUCKET_LANES as f64)],
     tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("bucket_count", "bin/bucket_tiles.wgsl")
+    ..KernelDesc::new("bucket_count", "bin/buckets.wgsl")
 };
 
 /// A bucket for each tile; cuts long tiles into segments.
@@ -28,7 +28,7 @@ pub const PLACE: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: &[("SCAN_LANES", BUCKET_LANES as f64)],
     tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("bucket_place", "bin/bucket_place.wgsl")
+    ..KernelDesc::new("bucket_place", "bin/buckets.wgsl")
 };
 
 /// Writes the pairs of each tile, in any order.
@@ -39,4 +39,4 @@ pub const EMIT: KernelDesc = KernelDesc {
 };
 
 /// The pairs of each tile, front to back.
-pub const SORT: KernelDesc = KernelDesc::new("bucket_sort", "bin/bucket_sort.wgsl");
+pub const SORT: KernelDesc = KernelDesc::new("bucket_sort", "bin/buckets.wgsl");

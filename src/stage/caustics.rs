@@ -10,7 +10,7 @@ pub const FACE_LANES: u32 = 256;
 /// Workgroup size of the kernel over texels.
 pub const TEXEL_LANES: u32 = 64;
 
-const OF_FACES: KernelDesc = KernelDesc::new("glass_faces", "caustics/glass_faces.wgsl");
+const OF_FACES: KernelDesc = KernelDesc::new("glass_faces", "caustics/glass.wgsl");
 const LANES: Constant = ("WORKGROUP_SIZE", FACE_LANES as f64);
 
 /// Depths of the nearest faces.
@@ -26,12 +26,12 @@ pub const THROW: KernelDesc = KernelDesc {
 };
 
 /// Look-up without thrown light.
-pub const STRAIGHT: Choice = Choice::new("thrown", "shade/thrown_none.wgsl");
+pub const STRAIGHT: Choice = Choice::new("thrown", "shade/none.wgsl");
 /// Look-up of light that glass throws.
-pub const THROWN: Choice = Choice::new("thrown", "shade/thrown_read.wgsl");
+pub const THROWN: Choice = Choice::new("thrown", "shade/read.wgsl");
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/glass.wgsl`.
+    /// WGSL: `wgsl/caustics/glass.wgsl`.
     #[derive(Eq)]
     pub struct CausticParams {
         /// First texel of the view's map among those of `caustics`.

@@ -7,7 +7,7 @@ use super::walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Size of one segment's record in `partials` \[bytes\]. `changes`: some caster adds light or is a volume.
-/// WGSL: `wgsl/curve/partial.wgsl`.
+/// WGSL: `wgsl/curve/stored.wgsl`.
 pub fn partial_bytes(nodes: u32, changes: bool) -> u64 {
     16 * 16 * 16 * (u64::from(nodes / 2) + 1 + 7 * u64::from(changes))
 }
@@ -36,7 +36,7 @@ pub(super) const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl"
 const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Curves by two walks, for casters that only pass light on.
 const RAYS: Choice = Choice::new("accumulator", "curve/ray.wgsl");
-const RAY_CASTERS: Choice = Choice::new("visit", "curve/ray_casters.wgsl");
+const RAY_CASTERS: Choice = Choice::new("visit", "curve/two_walks.wgsl");
 /// Soft discs of the `filter` transfer only.
 const RAY_DISCS: [Choice; 2] = [
     Choice::new("visit", "curve/ray_discs.wgsl"),
@@ -47,9 +47,9 @@ pub(super) const RAY_SEGMENT: Choice = Choice::new("output", "curve/ray_segment.
 /// Visits the nodes of tiles whose segments have curves of their own.
 const RAY_RESOLVED: Choice = Choice::new("output", "curve/ray_resolve.wgsl");
 /// Stores curves and maps.
-const STORED: Choice = Choice::new("maps", "curve/maps_stored.wgsl");
+const STORED: Choice = Choice::new("maps", "choices.wgsl");
 /// Storage of finished nodes; [`Tuning`](super::tuning::Tuning) may replace it.
-const WRITTEN: Choice = Choice::new("written", "curve/written_at_once.wgsl");
+const WRITTEN: Choice = Choice::new("written", "choices.wgsl");
 const TWO_WALKS: Choice = Choice::new("traversal", "curve/two_walks.wgsl");
 /// One of the two walks.
 const PASS: Choice =
@@ -69,7 +69,7 @@ const WALKED_TWICE: &[Choice] = &[
     SUMS,
 ];
 /// Nodes during insertion; [`Tuning`](super::tuning::Tuning) may replace it.
-pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "curve/nodes_shared.wgsl");
+pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "choices.wgsl");
 /// Visits the nodes of tiles whose segments have curves of their own.
 const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
 pub(super) const TILE: Choice = Choice::new("output", "curve/tile.wgsl");

@@ -11,13 +11,13 @@ const EDGE: u32 = 8;
 /// Takes depth maps of the host over.
 pub const DEPTHS: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_EDGE", EDGE as f64)],
-    ..KernelDesc::new("import_depths", "import/import_depths.wgsl")
+    ..KernelDesc::new("import_depths", "import/import.wgsl")
 };
 
 /// Converts maps to the host's formats.
 pub const MAPS: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_EDGE", EDGE as f64)],
-    ..KernelDesc::new("convert_maps", "import/convert_maps.wgsl")
+    ..KernelDesc::new("convert_maps", "import/import.wgsl")
 };
 
 /// Workgroups for a map of `size` texels.

@@ -13,12 +13,12 @@ const fn of(name: &'static str, with: &'static [Choice]) -> KernelDesc {
 }
 
 /// Look-up for point lights only: area lights have no penumbrae.
-pub const OF_POINT: Choice = Choice::new("source", "shade/source_point.wgsl");
+pub const OF_POINT: Choice = Choice::new("source", "shade/receive.wgsl");
 /// Look-up for scenes with area lights.
 pub const OF_AREA: Choice = Choice::new("source", "shade/source_area.wgsl");
 
 /// Values that a look-up lays aside stay in registers.
-pub const IN_REGISTERS: Choice = Choice::new("aside", "shade/aside_private.wgsl");
+pub const IN_REGISTERS: Choice = Choice::new("aside", "shade/asides.wgsl");
 /// Values that a look-up lays aside are in workgroup memory: an area light needs more registers than GPUs
 /// have.
 pub const IN_WORKGROUP: Choice = Choice::new("aside", "shade/aside_workgroup.wgsl");

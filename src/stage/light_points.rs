@@ -1,10 +1,9 @@
-//! light points: the light that reaches points of a picture or of a host.
+//! light points: the share of each light that reaches each point of a host.
 //!
-//! In: `points`, the shadow maps. Out: for a picture, the light that each point sends to the eye; for a host,
-//! the share of each light that reaches each point.
+//! In: points, the shadow maps. Out: `point_shares`. In `gobo-picture` the same entry point evaluates the
+//! light that points of a picture send to the eye.
 use super::{
     caustics,
-    features::{Features, Flags},
     levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
     walk::IN_ORDER,
 };
@@ -16,95 +15,34 @@ use glam::{Mat4, UVec3, Vec3, Vec4};
 
 /// Workgroup size of kernels over points or footprints.
 pub const POINT_LANES: u32 = 64;
-/// Texels of a point. WGSL: `wgsl/records/point.wgsl`.
-pub const POINT_TEXELS: u32 = 4;
-/// Lists of a band's points to light, in a buffer: for each list [`LIST_HEAD`] words, the workgroups of its
-/// dispatch and its length; then the points. WGSL: `wgsl/records/point_list.wgsl`.
-pub const SURFACE_LIST: u32 = 0;
-/// List of the panes.
-pub const PANE_LIST: u32 = 1;
-/// Number of lists.
-pub const LIST_COUNT: u32 = 2;
 /// No list: all points of a batch are evaluated.
 pub const NO_LIST: u32 = u32::MAX;
-/// Words of a list's head.
-pub const LIST_HEAD: u32 = 4;
 /// Pairs of a tile that one round walks: together with the panes blended on the way, an invocation stays
-/// below the 65,535 iterations that llvmpipe allows it. WGSL: `wgsl/shade/band.wgsl`.
+/// below the 65,535 iterations that llvmpipe allows it. WGSL: `crates/gobo-picture/wgsl/shade/band.wgsl`.
 pub const ROUND_LENGTH: u32 = 16384;
 
 /// Constants of kernels over points.
 pub const LANES: &[Constant] = &[("WORKGROUP_SIZE", POINT_LANES as f64)];
 const ROOT: &str = "shade/light_points.wgsl";
-const UNMASKED: Choice = Choice::new("mask", "shade/mask_none.wgsl");
-const MASKED: Choice = Choice::new("mask", "shade/mask_read.wgsl");
-const RADIANCE: Choice = Choice::new("light_output", "shade/output_radiance.wgsl");
-const SHARES: Choice = Choice::new("light_output", "shade/output_shares.wgsl");
+const SHARES: Choice = Choice::new("light_output", "shade/light_through.wgsl");
 
 /// A kernel over points or footprints, one invocation each.
 pub const fn of_points(kernel: KernelDesc) -> KernelDesc {
     KernelDesc { shared: &[IN_ORDER], constants: LANES, ..kernel }
 }
 
-/// Light at the points that the picture shows.
-pub const LIGHT_POINTS: KernelDesc = KernelDesc {
-    with: &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
-    ..of_points(KernelDesc::new("light_points", ROOT))
-};
 /// Share of each light that reaches the points of a host.
 pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "light_shares",
-    entry: LIGHT_POINTS.entry,
+    entry: "light_points",
     with: &[SHARES, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
     ..of_points(KernelDesc::new("light_points", ROOT))
-};
-/// [`LIGHT_POINTS`] with area lights.
-pub const AREA_LIGHT_POINTS: KernelDesc = KernelDesc {
-    name: "area_light_points",
-    with: &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
-    ..LIGHT_POINTS
-};
-/// [`LIGHT_POINTS`] with shadow masks.
-pub const MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
-    name: "masked_light_points",
-    with: &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
-    ..LIGHT_POINTS
-};
-/// [`MASKED_LIGHT_POINTS`] with area lights.
-pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
-    name: "area_masked_light_points",
-    with: &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
-    ..LIGHT_POINTS
 };
 /// [`LIGHT_SHARES`] with area lights.
 pub const AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "area_light_shares",
     with: &[SHARES, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
     ..LIGHT_SHARES
-};
-/// [`LIGHT_POINTS`] with light that glass throws.
-pub const THROWN_LIGHT_POINTS: KernelDesc = KernelDesc {
-    name: "thrown_light_points",
-    with: &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, caustics::THROWN],
-    ..LIGHT_POINTS
-};
-/// [`AREA_LIGHT_POINTS`] with light that glass throws.
-pub const THROWN_AREA_LIGHT_POINTS: KernelDesc = KernelDesc {
-    name: "thrown_area_light_points",
-    with: &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, caustics::THROWN],
-    ..LIGHT_POINTS
-};
-/// [`MASKED_LIGHT_POINTS`] with light that glass throws.
-pub const THROWN_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
-    name: "thrown_masked_light_points",
-    with: &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, caustics::THROWN],
-    ..LIGHT_POINTS
-};
-/// [`AREA_MASKED_LIGHT_POINTS`] with light that glass throws.
-pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc = KernelDesc {
-    name: "thrown_area_masked_light_points",
-    with: &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, caustics::THROWN],
-    ..LIGHT_POINTS
 };
 /// [`LIGHT_SHARES`] with light that glass throws.
 pub const THROWN_LIGHT_SHARES: KernelDesc = KernelDesc {
@@ -118,21 +56,6 @@ pub const THROWN_AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
     with: &[SHARES, OF_AREA, IN_WORKGROUP, caustics::THROWN],
     ..LIGHT_SHARES
 };
-
-/// The kernel that evaluates the light of a picture's points.
-pub fn light_points(features: Features) -> &'static KernelDesc {
-    let flags = [Flags::HAS_AREAS, Flags::HAS_MASKS, Flags::HAS_CAUSTICS];
-    match flags.map(|flag| features.has(flag)) {
-        [false, false, false] => &LIGHT_POINTS,
-        [false, true, false] => &MASKED_LIGHT_POINTS,
-        [true, false, false] => &AREA_LIGHT_POINTS,
-        [true, true, false] => &AREA_MASKED_LIGHT_POINTS,
-        [false, false, true] => &THROWN_LIGHT_POINTS,
-        [false, true, true] => &THROWN_MASKED_LIGHT_POINTS,
-        [true, false, true] => &THROWN_AREA_LIGHT_POINTS,
-        [true, true, true] => &THROWN_AREA_MASKED_LIGHT_POINTS,
-    }
-}
 
 /// The kernel that gives a host the share of each light.
 pub fn light_shares(area: bool, thrown: bool) -> &'static KernelDesc {
@@ -152,7 +75,7 @@ pub fn point_grid(count: u32) -> [u32; 3] {
 }
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/point.wgsl`.
+    /// WGSL: `wgsl/records/light.wgsl`.
     #[derive(Eq)]
     pub struct PointBatch {
         /// First entry of the list; without a list the first point of `lit`, or the first caster.
@@ -161,7 +84,7 @@ crate::records::gpu_struct! {
         pub count: u32,
         /// 1 if the host's points have normals, else 0.
         pub has_normals: u32,
-        /// [`SURFACE_LIST`], [`PANE_LIST`] or [`NO_LIST`].
+        /// A list of a picture, or [`NO_LIST`].
         pub list: u32,
         /// For points in bricks: first texel of their grid's record.
         pub grid: u32,
@@ -171,20 +94,10 @@ crate::records::gpu_struct! {
 }
 
 impl PointBatch {
-    /// Points of a list of a band whose capacity is `pixel_count` pixels.
-    pub fn listed(list: u32, pixel_count: u32) -> Self {
-        Self { list, ..Self::of(LIST_COUNT * LIST_HEAD + list * pixel_count, 0) }
-    }
-
     /// Points without a list.
     pub fn of(first: u32, count: u32) -> Self {
         Self { first, count, has_normals: 0, list: NO_LIST, grid: 0, own_shadow: 0 }
     }
-}
-
-/// Offset of a list's workgroup counts \[bytes\].
-pub const fn list_offset(list: u32) -> u64 {
-    4 * (list * LIST_HEAD) as u64
 }
 
 crate::records::gpu_struct! {

@@ -10,29 +10,29 @@ use super::{
 use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
 
 /// Replaces [`IN_ORDER`](super::walk::IN_ORDER).
-pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/interleaved.wgsl");
+pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/choices.wgsl");
 /// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the
 /// tier allows.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
 /// Invocations hold four texels in a column, or eight of simple casters; nodes of curves, hits that wait for
 /// late ones, and values that look-ups lay aside are in registers, and loops over them are unrolled.
 pub const COLUMNS: [Choice; 7] = [
-    Choice::new("rows", "llvmpipe/rows_four.wgsl"),
-    Choice::new("nodes", "llvmpipe/nodes_private.wgsl"),
-    Choice::new("written", "llvmpipe/written_kept.wgsl"),
-    Choice::new("waiting", "llvmpipe/waiting_sorted.wgsl"),
+    Choice::new("rows", "llvmpipe/choices.wgsl"),
+    Choice::new("nodes", "llvmpipe/nodes.wgsl"),
+    Choice::new("written", "llvmpipe/choices.wgsl"),
+    Choice::new("waiting", "llvmpipe/nodes.wgsl"),
     IN_REGISTERS,
     EIGHT,
     WRITTEN_OUT,
 ];
 /// Invocations hold eight texels of casters of one simple kind.
-const EIGHT: Choice = Choice::new("column", "traversal/column_eight.wgsl");
+const EIGHT: Choice = Choice::new("column", "llvmpipe/choices.wgsl");
 /// All marked loops are unrolled.
 const WRITTEN_OUT: Choice = Choice::new(UNROLLED, "features.wgsl");
 /// Collects casters until there is one for each lane.
 const QUEUE: Choice = Choice::new("traversal", "llvmpipe/queue.wgsl");
 /// Prefetches maps before they are written.
-const FETCHED: Choice = Choice::new("maps", "llvmpipe/maps_fetched.wgsl");
+const FETCHED: Choice = Choice::new("maps", "llvmpipe/choices.wgsl");
 
 /// Replaces [`DISC_TILES`](super::accumulate::DISC_TILES) where discs are collected in a queue.
 pub const DISC_QUEUE_TILES: KernelDesc = KernelDesc {

@@ -21,7 +21,7 @@ pub const CASTERS: KernelDesc = KernelDesc {
 
 /// Records of the host's Gaussians.
 pub const GAUSSIANS: KernelDesc = KernelDesc {
-    with: &[Choice::new(LOADER, "load/load_plain_gaussian.wgsl")],
+    with: &[Choice::new(LOADER, "load/load_plain.wgsl")],
     ..KernelDesc::new("load_gaussians", "load/load_gaussians.wgsl")
 };
 
@@ -37,7 +37,7 @@ const VOXEL_LANES: u32 = 128;
 
 /// Voxels of the host's grids.
 pub const VOXELS: KernelDesc = KernelDesc {
-    with: &[Choice::new(LOADER, "load/load_texture.wgsl")],
+    with: &[Choice::new(LOADER, "load/load_plain.wgsl")],
     constants: &[("WORKGROUP_SIZE", VOXEL_LANES as f64)],
     ..KernelDesc::new("pack_voxels", "load/pack_voxels.wgsl")
 };
@@ -52,25 +52,21 @@ pub const CULL_GROUPS: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: &[("SCAN_LANES", CULL_BLOCK as f64)],
     tiers: Tier::BY_SUBGROUPS,
-    ..KernelDesc::new("cull_groups", "load/cull_groups.wgsl")
+    ..KernelDesc::new("cull_groups", "load/cull.wgsl")
 };
 
 /// Prefix sums of the chunks and footprints of blocks of groups, and their totals.
 pub const CULL_SCAN: KernelDesc = KernelDesc {
     name: "cull_scan",
     entry: "cull_scan",
-    root: "load/cull_scan.wgsl",
+    root: "load/cull.wgsl",
     constants: &[("SCAN_LANES", SCAN_LANES as f64)],
     ..CULL_GROUPS
 };
 
 /// Chunks for `project`, view by view.
-pub const CULL_LIST: KernelDesc = KernelDesc {
-    name: "cull_list",
-    entry: "cull_list",
-    root: "load/cull_list.wgsl",
-    ..CULL_GROUPS
-};
+pub const CULL_LIST: KernelDesc =
+    KernelDesc { name: "cull_list", entry: "cull_list", root: "load/cull.wgsl", ..CULL_GROUPS };
 
 /// The kernels that cull `entries` combinations of a view and a group, and their workgroups.
 pub fn cull(entries: u32) -> [(&'static KernelDesc, [u32; 3]); 3] {

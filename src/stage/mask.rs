@@ -34,7 +34,7 @@ pub const HALF_HOST_SURFACES: KernelDesc =
 
 /// Name of the import that a host's shadow function implements.
 pub const JOINED: &str = "joined";
-const NOT_JOINED: Choice = Choice::new(JOINED, "mask/joined_none.wgsl");
+const NOT_JOINED: Choice = Choice::new(JOINED, "shade/none.wgsl");
 
 /// Reads the maps.
 pub const LOOK_UP: KernelDesc = KernelDesc {
@@ -50,6 +50,6 @@ pub fn look_up(features: Features) -> &'static KernelDesc {
 }
 
 /// Filters across the pixels of a surface.
-pub const BLUR: KernelDesc = KernelDesc::new("mask_blur", "mask/mask_blur.wgsl");
+pub const BLUR: KernelDesc = KernelDesc::new("mask_blur", "mask/mask_filters.wgsl");
 /// Makes masks of the picture's size from masks of half its size.
-pub const ENLARGE: KernelDesc = KernelDesc::new("mask_enlarge", "mask/mask_enlarge.wgsl");
+pub const ENLARGE: KernelDesc = KernelDesc::new("mask_enlarge", "mask/mask_filters.wgsl");

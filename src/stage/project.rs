@@ -26,7 +26,7 @@ pub const TRIANGLES: KernelDesc = KernelDesc {
 };
 
 crate::records::gpu_struct! {
-    /// A run of casters for one view. WGSL: `wgsl/records/chunk.wgsl`.
+    /// A run of casters for one view. WGSL: `wgsl/records/batch.wgsl`.
     #[derive(Eq)]
     pub struct Chunk {
         /// Index of the view in the batch.
@@ -39,7 +39,7 @@ crate::records::gpu_struct! {
 }
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/chunk.wgsl`.
+    /// WGSL: `wgsl/records/batch.wgsl`.
     #[derive(Default, Eq)]
     pub struct ProjectParams {
         pub chunk_count: u32,

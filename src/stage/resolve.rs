@@ -7,7 +7,7 @@ use super::{
 };
 use crate::gpu::{Choice, KernelDesc};
 
-const KEPT_SUMS: Choice = Choice::new("output", "accumulator/kept_sums.wgsl");
+const KEPT_SUMS: Choice = Choice::new("output", "sums/scatter.wgsl");
 
 /// Filters of tiles that several workgroups added to.
 pub const TILES: KernelDesc = walk::resolve("resolve_tiles", &[FILTER, INVOCATION_ROWS, MAPS]);

@@ -8,11 +8,10 @@ use super::load;
 use crate::gpu::{Choice, KernelDesc};
 
 /// Particles that start in some time steps of an emitter.
-pub const START: KernelDesc = KernelDesc::new("start_particles", "simulate/start_particles.wgsl");
+pub const START: KernelDesc = KernelDesc::new("start_particles", "simulate/simulate.wgsl");
 
 /// Some time steps of an emitter's particles.
-pub const PARTICLES: KernelDesc =
-    KernelDesc::new("simulate_particles", "simulate/simulate_particles.wgsl");
+pub const PARTICLES: KernelDesc = KernelDesc::new("simulate_particles", "simulate/simulate.wgsl");
 
 /// Records of the live particles.
 pub const CASTERS: KernelDesc = KernelDesc {

@@ -27,21 +27,17 @@ pub const PAIRS: Choice = Choice::new("pairs", "traversal/pairs_loaded.wgsl");
 pub(super) const SUMS: Choice =
     Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
 /// Prefix sums of a workgroup.
-pub(super) const SCAN: Choice = Choice::by_tier(
-    "scan",
-    "scan/prefix_shared.wgsl",
-    Tier::Subgroups,
-    "scan/prefix_subgroup.wgsl",
-);
+pub(super) const SCAN: Choice =
+    Choice::by_tier("scan", "scan/prefix.wgsl", Tier::Subgroups, "scan/prefix_subgroup.wgsl");
 /// Lanes load and test casters of any kind, and broadcast them.
 pub const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
 /// Maps a workgroup to the tile of its index; [`Tuning`](super::tuning::Tuning) may replace it.
-pub const IN_ORDER: Choice = Choice::new("order", "entry/in_order.wgsl");
+pub const IN_ORDER: Choice = Choice::new("order", "choices.wgsl");
 /// Texels that an invocation holds; [`Tuning`](super::tuning::Tuning) may replace it.
-pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "traversal/rows_one.wgsl");
+pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "choices.wgsl");
 /// Texels that an invocation holds where all casters are of one simple kind;
 /// [`Tuning`](super::tuning::Tuning) may replace it.
-const COLUMN: Choice = Choice::new("column", "traversal/column_two.wgsl");
+const COLUMN: Choice = Choice::new("column", "choices.wgsl");
 /// Hits that wait for late ones; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 
@@ -50,22 +46,22 @@ const WALKED: &[Choice] = &[IN_ORDER, COLUMN, WAITING, WALK, PAIRS, LANE_CASTER,
 
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    walk(name, with, Tier::BY_SUBGROUPS, "walk_tile", "entry/tile.wgsl")
+    walk(name, with, Tier::BY_SUBGROUPS, "walk_tile", "entry/walk.wgsl")
 }
 
 /// Walks a segment of a longer tile.
 pub(super) const fn segments(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    walk(name, with, Tier::ALL, "walk_segment", "entry/segment.wgsl")
+    walk(name, with, Tier::ALL, "walk_segment", "entry/walk.wgsl")
 }
 
 /// Scatters casters whose pairs did not fit.
 pub(super) const fn overflow(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    walk(name, with, Tier::BY_ATOMICS, "scatter_overflow", "entry/overflow.wgsl")
+    walk(name, with, Tier::BY_ATOMICS, "scatter_overflow", "entry/walk.wgsl")
 }
 
 /// Makes the maps of a tile that several workgroups added to.
 pub(super) const fn resolve(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    walk(name, with, Tier::BY_ATOMICS, "resolve_tile", "entry/resolve.wgsl")
+    walk(name, with, Tier::BY_ATOMICS, "resolve_tile", "entry/walk.wgsl")
 }
 
 const fn walk(

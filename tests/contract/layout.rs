@@ -3,10 +3,9 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Linked, Tier},
     records::{
-        AirParams, ClusterCounters, ClusterParams, ConvertParams, CullParams, EmissionParams,
-        EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial,
-        GpuView, HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams,
-        MaskParams,
+        ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook, GpuArea,
+        GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup, HostView,
+        ImportParams, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, PartParams, Segment},
@@ -21,6 +20,7 @@ use gobo::{
     wgpu::{TextureSampleType, TextureViewDimension},
 };
 use gobo_picture::stage::{shade::Band, variants};
+use gobo_reference::records::{AirParams, ClusterCounters, ClusterParams};
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
 
 /// `Ok(false)`: the module does not declare the struct.
@@ -67,7 +67,7 @@ const STRUCTS: &[Check] = &[
 /// The list is complete: the sources are searched for `gpu_struct!`.
 #[test]
 fn every_shared_struct_is_checked() {
-    let folders = ["src", "crates/gobo-picture/src"];
+    let folders = ["src", "crates/gobo-picture/src", "crates/gobo-reference/src"];
     let mut pending =
         folders.map(|folder| std::path::Path::new(crate::common::ROOT).join(folder)).to_vec();
     let mut count = 0;

@@ -7,8 +7,8 @@ use gobo::{
         emitter::{EmitterShape, STEP, STEPS_PER_SECOND, TRIES},
     },
     records::{
-        AIR_CELL, ALL_LIGHTS, AREA_FLAT, AREA_MASK, AREA_SHIFT, AREA_SPHERE, AREA_SUN, AREA_TEXELS,
-        BACK_BIT, BLOCK_TEXELS, BLUE_SIZE, BRICK_SEGMENT, BRICK_TEXELS, CAPSULE_MARK, CARRY_BITS,
+        ALL_LIGHTS, AREA_FLAT, AREA_MASK, AREA_SHIFT, AREA_SPHERE, AREA_SUN, AREA_TEXELS, BACK_BIT,
+        BLOCK_TEXELS, BLUE_SIZE, BRICK_SEGMENT, BRICK_TEXELS, CAPSULE_MARK, CARRY_BITS,
         CASTER_BIAS, CASTER_TEXELS, CAUSTIC_ONE, CLEAR_WEIGHT, COLORED_BIT, CURVE_SEGMENT,
         DEPTH_TAG_BITS, DETAILS_SHIFT, END_BIT, FAR_SIDE_SHIFT, FILTER_BOX, FILTER_DISC,
         FILTER_SPLINE, FIXED_ONE, FOOTPRINT_TEXELS, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM,
@@ -33,7 +33,8 @@ use gobo::{
         sort::{FEW_BITS, MAX_BITS, PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
     },
 };
-use gobo_picture::stage::shade;
+use gobo_picture::stage::{light_points as picture_points, shade};
+use gobo_reference::records::AIR_CELL;
 use gobo_reference::{
     FAINT, accumulate, air, bloom, brick, brick_light, capsule, caustics, coplanar,
     curve::{
@@ -120,8 +121,8 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("SLOT_WIDTH", SLOT_SIZE.x),
         ("LAYERED_HEAD", shade::LAYERED_HEAD),
         ("LAYER_TEXELS", shade::LAYER_TEXELS),
-        ("LIST_COUNT", light_points::LIST_COUNT),
-        ("LIST_HEAD", light_points::LIST_HEAD),
+        ("LIST_COUNT", picture_points::LIST_COUNT),
+        ("LIST_HEAD", picture_points::LIST_HEAD),
         ("LIST_ROWS", shade::LIST_ROWS),
         ("LEAST_ON_PLANE", seen_plane::LEAST_ON_PLANE),
         ("LEVELED_TEXELS", LEVELED_TEXELS),
@@ -144,7 +145,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("PAIR_ROW", PAIR_ROW),
         ("TILE_LANES", TILE_LANES),
         ("WAITING", WAITING as u32),
-        ("PANE_LIST", light_points::PANE_LIST),
+        ("PANE_LIST", picture_points::PANE_LIST),
         ("PART_COUNT_DISPATCH", DispatchEntry::PartCount as u32),
         ("PARTED_DISPATCH", DispatchEntry::Parted as u32),
         ("PART_DISPATCH", DispatchEntry::Part as u32),
@@ -160,7 +161,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("PATTERN_HASHED", Pattern::Hashed as u32),
         ("PATTERN_IGN", Pattern::Ign as u32),
         ("POINT_LANES", light_points::POINT_LANES),
-        ("POINT_TEXELS", light_points::POINT_TEXELS),
+        ("POINT_TEXELS", picture_points::POINT_TEXELS),
         ("PROFILE_FLAT", Profile::Flat as u32),
         ("PROFILE_SOFT", Profile::Soft as u32),
         ("REACH_TEXELS", REACH_TEXELS),
@@ -211,7 +212,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("EMITTER_POINT", EmitterShape::Point as u32),
         ("EMITTER_SPHERE", EmitterShape::Sphere as u32),
         ("STEPS_AT_ONCE", STEPS_AT_ONCE),
-        ("SURFACE_LIST", light_points::SURFACE_LIST),
+        ("SURFACE_LIST", picture_points::SURFACE_LIST),
         ("TILE_SIZE", TILE_SIZE),
         ("CULL_BLOCK", CULL_BLOCK),
         ("LARGEST_STEP", LARGEST_STEP),

@@ -1,6 +1,6 @@
 //! Every kernel is valid on its tier and uses only known overrides; every declaration is used by some kernel,
 //! and every file imports its foreign names.
-use crate::common::{gpu, own_gpu, parse, wgsl_files};
+use crate::common::{ROOT, gpu, own_gpu, parse, wgsl_files};
 use gobo::{
     gpu::{
         Binding, BindingKind, Choice, Kernel, KernelDesc, KernelError, Library, Resources, Tier,
@@ -16,7 +16,7 @@ use gobo::{
 };
 use gobo_picture::stage::{kernels, variants};
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
-use std::collections::HashSet;
+use std::{collections::HashSet, path::Path};
 
 /// `pack2x16float` and its kind are core WebGPU; naga counts them as a capability.
 const CORE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
@@ -126,7 +126,8 @@ fn every_declaration_is_some_kernels() {
     let items = linked.iter().flat_map(|linked| &linked.items);
     let mut used: HashSet<_> = items.map(|item| (item.file, item.name)).collect();
     // Kernels of software adapters replace one by the other.
-    let sampled = |(file, _): &(&str, _)| *file == "bind/sampled.wgsl";
+    let sampled =
+        |(file, _): &(&str, _)| ["bind/sampled.wgsl", "bind/picture_in.wgsl"].contains(file);
     let names: Vec<_> = used.iter().copied().filter(sampled).collect();
     used.extend(names.into_iter().map(|(_, name)| (LOADED.files[0], name)));
     let items = gobo_picture::stage::library().unwrap().items();
@@ -186,6 +187,24 @@ fn every_import_is_used_and_every_foreign_name_imported() {
     let paths: HashSet<_> = library.items().map(|item| item.file).collect();
     let bad: Vec<_> = paths.into_iter().flat_map(|path| unsound_imports(path, library)).collect();
     assert_eq!(bad, [""; 0]);
+}
+
+/// A guest has no other files.
+#[test]
+fn files_of_the_library_import_from_the_library() {
+    let is_own = |path: &str| Path::new(ROOT).join("wgsl").join(path).exists();
+    let own = wgsl_files().into_iter().filter(|(path, _)| is_own(path));
+    let foreign: Vec<_> = own
+        .flat_map(|(path, text)| {
+            let modules = text.split("import package::").skip(1).map(|rest| {
+                let module = rest.split(';').next().unwrap().rsplit_once("::").unwrap().0;
+                module.replace("::", "/") + ".wgsl"
+            });
+            modules.map(|module| (path.clone(), module)).collect::<Vec<_>>()
+        })
+        .filter(|(_, module)| !is_own(module))
+        .collect();
+    assert_eq!(foreign, []);
 }
 
 #[test]
@@ -281,7 +300,7 @@ fn a_refused_kernel_names_file_and_line() {
     const WRONG: &[Choice] = &[
         Choice::new("output", "curve/ray_tile.wgsl"),
         Choice::new("pairs", "llvmpipe/queue.wgsl"),
-        Choice::new("plain", "hit/plain_disc.wgsl"),
+        Choice::new("plain", "hit/disc.wgsl"),
     ];
     let desc = KernelDesc { with: WRONG, ..curve::DISC_TILES };
     let gpu = own_gpu(Tier::Core);

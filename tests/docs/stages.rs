@@ -1,6 +1,10 @@
 //! docs/stages.md has a section for each stage, with all its kernels.
 use gobo_picture::stage::kernels;
-use std::{collections::BTreeSet, fs, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::Path,
+};
 
 const PARTS: [&str; 4] = ["**Principle.**", "**Formula.**", "**Kernels.**", "**Cost.**"];
 
@@ -40,6 +44,16 @@ fn faults(text: &str) -> Vec<String> {
         let missing = PARTS.iter().filter(|part| !section.contains(**part));
         faults.extend(missing.map(|part| format!("{name} has no {part}")));
     }
+    let mut entries = BTreeMap::<_, BTreeSet<_>>::new();
+    for desc in kernels() {
+        entries.entry(desc.root).or_default().insert(desc.entry);
+    }
+    // A file with several entry points does not say which kernels a stage has.
+    for entry in entries.values().filter(|of_file| of_file.len() > 1).flatten() {
+        if !text.contains(&format!("`{entry}`")) {
+            faults.push(format!("{entry} is nowhere"));
+        }
+    }
     for desc in kernels() {
         if !crate::common::WGSL
             .iter()
@@ -60,7 +74,7 @@ fn every_stage_has_its_section() {
     for wrong in [
         text.replace("## bin\n", "## binning\n"),
         text.replacen("**Cost.**", "", 1),
-        text.replace("`wgsl/bin/bin_scan.wgsl`", ""),
+        text.replace("`wgsl/bin/bin.wgsl`", ""),
     ] {
         assert!(!faults(&wrong).is_empty());
     }

@@ -8,7 +8,7 @@ use gobo::{
     Error, LightKind, Receiver, Transfer,
     glam::Vec3,
     model::{Scene, View},
-    records::CurveMap,
+    records::{CurveMap, curve},
     view::{atlas::MapSlot, shadow_views},
 };
 use gobo_picture::{Frame, RenderOptions, Renderer};
@@ -53,10 +53,13 @@ fn in_texture(tier: Tier, scene: &Scene) -> Vec<Vec<[u32; 2]>> {
     let texels: Vec<[[u32; 2]; 2]> = gpu.read_texture(&maps.curves);
     let of_view = |(view, slot): (&View, &MapSlot)| {
         let mut packed = Vec::new();
+        // Tiles without a caster are zeros.
+        let unused = curve::packed(0, 0.0, Vec3::ONE, maps.gain);
         for y in slot.origin.y..slot.origin.y + view.size.y {
             for x in slot.origin.x..slot.origin.x + view.size.x {
                 for layer in slot.layer * pairs..(slot.layer + 1) * pairs {
-                    packed.extend(texels[((layer * size.height + y) * size.width + x) as usize]);
+                    let pair = texels[((layer * size.height + y) * size.width + x) as usize];
+                    packed.extend(pair.map(|node| if node == [0; 2] { unused } else { node }));
                 }
             }
         }

@@ -9,10 +9,11 @@ use crate::common::{
 use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     model::{Air, LightKind, Material, Transfer, View},
-    records::{AirParams, Picture},
+    records::Picture,
     view::shadow_views,
 };
 use gobo_reference as reference;
+use gobo_reference::records::AirParams;
 use gobo_reference::{
     air::{AirVolume, phase},
     shading::Lighting,

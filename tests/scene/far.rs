@@ -10,7 +10,7 @@ use gobo::{
 };
 use gobo_reference as reference;
 use gobo_scene as scene;
-use gobo_scene::Scene;
+use gobo_scene::{Scene, recentre, rounding_warning};
 
 fn smoke_at(away: f32, radius: f32) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);
@@ -21,9 +21,9 @@ fn smoke_at(away: f32, radius: f32) -> Scene {
 
 #[test]
 fn smoke_far_from_the_origin_is_warned_of() {
-    assert_eq!(smoke_at(100.0, 0.1).rounding_warning(), None);
-    assert_eq!(smoke_at(10_000.0, 10.0).rounding_warning(), None);
-    let warning = smoke_at(10_000.0, 0.1).rounding_warning().expect("a warning");
+    assert_eq!(rounding_warning(&smoke_at(100.0, 0.1)), None);
+    assert_eq!(rounding_warning(&smoke_at(10_000.0, 10.0)), None);
+    let warning = rounding_warning(&smoke_at(10_000.0, 0.1)).expect("a warning");
     assert!(warning.contains("10000 m") && warning.contains("1.19 mm"), "{warning}");
 }
 
@@ -34,9 +34,9 @@ fn triangles_far_from_the_origin_are_warned_of() {
         scene.triangles = vec![triangle([at, at + Vec3::X, at + Vec3::Y], 0)];
         scene
     };
-    assert_eq!(pane(Vec3::X * 100.0).rounding_warning(), None);
-    assert!(pane(Vec3::X * 1e5).rounding_warning().is_some());
-    assert_eq!(empty(Vec::new()).rounding_warning(), None);
+    assert_eq!(rounding_warning(&pane(Vec3::X * 100.0)), None);
+    assert!(rounding_warning(&pane(Vec3::X * 1e5)).is_some());
+    assert_eq!(rounding_warning(&empty(Vec::new())), None);
 }
 
 /// A scene at an offset `away` from the origin [m]. Its numbers have few digits, so that they are exact there
@@ -76,7 +76,7 @@ fn a_scene_far_away_has_the_shadows_of_one_at_the_origin() {
     let away = [8192.0, 0.0, -16384.0];
     let far = load_at(away);
     assert_eq!(far.origin, Vec3::from(away));
-    assert!(far.rounding_warning().is_none());
+    assert!(rounding_warning(&far).is_none());
     assert_eq!((near.camera, &near.particles), (far.camera, &far.particles));
     let position = |scene: &Scene| match scene.lights[0].kind {
         LightKind::Spot { position, .. } => position,
@@ -163,10 +163,10 @@ fn what_stands_still_a_thousand_kilometres_away_keeps_its_corners() {
 #[test]
 fn what_is_near_or_large_enough_stays_where_it_is() {
     let mut scene = smoke_at(10_000.0, 10.0);
-    scene.recentre();
+    recentre(&mut scene);
     assert_eq!((scene.origin, scene.particles[0].center.x), (Vec3::ZERO, 10_000.0));
     let mut scene = smoke_at(3.0, 1e-4);
     scene.particles.push(particle(Vec3::NEG_X * 3.0, 1e-4, Vec4::ONE));
-    scene.recentre();
+    recentre(&mut scene);
     assert_eq!(scene.origin, Vec3::ZERO);
 }

@@ -1,8 +1,12 @@
 //! Limits of a scene's contents, whatever its files announce, and of the work to detect a violation.
-use crate::common::files::{Folder, read};
+use crate::common::{
+    files::{Folder, read},
+    splats::{SPLATS, bare},
+};
 use gobo_scene as scene;
 use gobo_scene::SceneError;
 use std::{
+    fs,
     path::Path,
     time::{Duration, Instant},
 };
@@ -17,6 +21,23 @@ fn refused(toml: &str) -> (usize, String) {
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("read without an error"),
     }
+}
+
+/// The lengths of two files announce more splats than a scene has, although hardly any of them is valid.
+#[test]
+fn splats_of_files_are_summed_before_they_are_read() {
+    let folder = Folder::new();
+    let path = folder.write("a.splat", bare(&SPLATS).repeat(64));
+    let file = fs::OpenOptions::new().write(true).open(&path).unwrap();
+    file.set_len(9_000_000 * 32).unwrap();
+    let table = "[[splats]]\nfile = \"a.splat\"\n";
+    let error = scene::check(&folder.write("s.toml", table.repeat(2))).unwrap_err();
+    let SceneError::Document { line, message, .. } = error else { panic!("{error}") };
+    assert!(line == 4 && message.contains("18000000 splats"), "{line}: {message}");
+    // A file alone.
+    file.set_len(20_000_000 * 32).unwrap();
+    let error = scene::check(&path).unwrap_err().to_string();
+    assert!(error.contains("20000000 splats, but a scene has at most 16000000"), "{error}");
 }
 
 const MATERIAL: &str = "[[material]]\nname = \"m\"\n";
@@ -220,7 +241,7 @@ fn many_names_are_looked_up_soon() {
 fn long_scene_files_are_refused_unread() {
     let folder = Folder::new();
     let path = folder.write("long.toml", "# ");
-    std::fs::File::options().write(true).open(&path).unwrap().set_len((1 << 24) + 1).unwrap();
+    fs::File::options().write(true).open(&path).unwrap().set_len((1 << 24) + 1).unwrap();
     let SceneError::Invalid { message, help, .. } = scene::load(&path).unwrap_err() else {
         panic!("read as a document")
     };
@@ -284,7 +305,7 @@ fn what_a_model_names_often_is_counted_each_time() {
 #[test]
 fn limits_are_documented() {
     let path = Path::new(crate::common::ROOT).join("docs/scene.md");
-    let text = std::fs::read_to_string(path).unwrap();
+    let text = fs::read_to_string(path).unwrap();
     let (_, section) = text.split_once("## Limits").expect("a section on limits");
     let section = section.split("\n## ").next().unwrap();
     for limit in scene::Limit::ALL {

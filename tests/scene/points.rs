@@ -5,10 +5,10 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Vec3},
-    model::Particle,
+    model::{Bounds, Particle},
 };
 use gobo_scene as scene;
-use gobo_scene::{Scene, SceneError, generate::Chance};
+use gobo_scene::{LoadOptions, Scene, SceneError, Share, generate::Chance};
 
 /// Loads a single file with a meaningless name.
 fn load(bytes: impl AsRef<[u8]>) -> Result<Scene, SceneError> {
@@ -110,6 +110,54 @@ fn an_octree_is_read_down_to_the_budget() {
     }
 }
 
+/// Shares of a cloud have all of its points, each once, with the colours, ids, origin and bounds of the
+/// whole.
+#[test]
+fn shares_of_a_cloud_are_read_alone() {
+    let far = [500_000.0, 5_400_000.0, 120.0];
+    let dots: Vec<Dot> = (0..5000_u32)
+        .map(|i| Dot {
+            place: [f64::from(i % 71), f64::from(i / 71), f64::from(i % 13)].map(|at| at * 0.25),
+            rgb: [i as u8, (i / 16) as u8, 51],
+            // Strong echoes, known classes and colours are in a share alone; one of a hundred is noise.
+            intensity: if i > 4096 { (i - 4096) as u16 } else { (i % 5) as u16 },
+            class: if i % 100 == 7 { 7 } else { u8::from(i < 900) * 2 },
+        })
+        .map(|dot| Dot { place: [0, 1, 2].map(|k| dot.place[k] + far[k]), ..dot })
+        .collect();
+    let dark: Vec<Dot> = dots.iter().map(|dot| Dot { intensity: 0, ..*dot }).collect();
+    let folder = Folder::new();
+    let text = "[[material]]\nname = 'm'\ntint = [1, 1, 1, 0.5]\nradius = 0.25\n[[particles]]\n\
+        file = 'a.las'\nmaterial = 'm'\n[[particles]]\nfile = 'a.las'\nmaterial = 'm'\n";
+    let path = folder.write("s.toml", text);
+    let shared = |share: Option<Share>| {
+        let mut options = LoadOptions::default();
+        options.share = share;
+        scene::load_as(&path, &options).unwrap()
+    };
+    for file in
+        [las(2, &dots, far, 257), laz(7, &dots, far), las(0, &dots, far, 1), las(6, &dark, far, 1)]
+    {
+        folder.write("a.las", file);
+        let whole = shared(None);
+        assert_eq!(whole.skipped["noise"], 100);
+        let mut all = Vec::new();
+        for share in (0..3).map(|index| Share::new(index, 3)) {
+            let part = shared(share);
+            assert!(part.particles.len() < 5000 && part.skipped == whole.skipped);
+            assert_eq!(part.origin, whole.origin);
+            let [own, around] = [&whole, &part].map(|scene| {
+                let of = |bounds: Bounds, p: &Particle| bounds.with_sphere(p.center, p.radius);
+                scene.particles.iter().fold(scene.around, of)
+            });
+            assert_eq!((own.min, own.max), (around.min, around.max));
+            all.extend(part.particles);
+        }
+        all.sort_by_key(|particle| particle.id);
+        assert_eq!(all, whole.particles);
+    }
+}
+
 #[test]
 fn budgets_are_of_clouds() {
     let folder = Folder::new();
@@ -152,6 +200,32 @@ fn points_without_colors_are_grey_or_of_their_class() {
         (scene.particles.len(), scene.skipped["noise"], scene.skipped["withheld"]),
         (1, 1, 1)
     );
+}
+
+#[test]
+fn classes_have_alphas() {
+    let folder = Folder::new();
+    let load = |name: &str, file: Vec<u8>, classes: &str| {
+        folder.write(name, file);
+        let text = format!(
+            "[[material]]\nname = 'm'\n[[particles]]\nfile = '{name}'\nmaterial = 'm'\nclasses = {classes}\n"
+        );
+        scene::load(&folder.write("s.toml", text))
+    };
+    // Classes 2, 5, 6 and 1.
+    let scene = load("a.laz", laz(7, &DOTS, [0.0; 3]), "[[5, 0.25], [6, 0], [40, 0.5]]").unwrap();
+    let alphas: Vec<_> = scene.particles.iter().map(|p| (p.id, p.color.w)).collect();
+    assert_eq!(alphas, [(0, 1.0), (1, 0.25), (3, 1.0)]);
+    assert_eq!(scene.skipped["class of alpha 0"], 1);
+    let refused = |name: &str, file: Vec<u8>, classes: &str| {
+        load(name, file, classes).expect_err("read without an error").to_string()
+    };
+    assert!(refused("a.e57", e57(&DOTS), "[[2, 0]]").contains("no classes"));
+    assert!(refused("a.csv", b"x,y,z\n0,0,0\n".to_vec(), "[[2, 0]]").contains("no cloud"));
+    let las = || las(2, &DOTS, [0.0; 3], 257);
+    for classes in ["[[2, 1.5]]", "[[2, -1]]", "[[256, 0]]", "[[2]]", "2", "[[2, nan]]"] {
+        assert!(refused("a.las", las(), classes).contains("s.toml:6"), "{classes}");
+    }
 }
 
 /// Web Mercator reaches 2e7 m, where 32 bits round to two metres.

@@ -1,18 +1,19 @@
 //! Higher spherical harmonics of splats: what each format stores is read, and what is written is read again.
 use crate::common::{
     files::Folder,
-    splats::{SPLATS, ply, sog_files, spz_parts},
+    splats::{SPLATS, Stored, gltf, gltf_spz, ksplat, ply, sog_files, spz_parts},
 };
 use flate2::{Compression, write::GzEncoder};
 use gobo::glam::Vec3;
 use gobo_scene::{
-    load_harmonics, load_splats,
+    LoadOptions, load_harmonics, load_splats, load_with_splats,
     splats::{self, Harmonics, SplatCloud},
 };
 use image::{ImageFormat, RgbaImage};
 use std::{
     fs,
     io::{Cursor, Write as _},
+    path::Path,
 };
 
 fn harmonics(folder: &Folder, name: &str, bytes: &[u8]) -> Option<Harmonics> {
@@ -70,12 +71,14 @@ fn bytes_of_spz_are_coefficient_by_coefficient() {
     assert_eq!(found, expected(3, SPLATS.len()));
 }
 
-/// Two rows of a palette of 70 entries: entry 65 is the second of the second row.
-#[test]
-fn labels_of_sog_find_their_entries() {
-    let folder = Folder::new();
+/// Labels of the splats of [`write_sog`].
+const LABELS: [u16; 3] = [65, 3, 64];
+
+/// Writes a SOG with harmonics of degree 1. Two rows of a palette of 70 entries: entry 65 is the second of
+/// the second row.
+fn write_sog(folder: &Path) {
     let book: Vec<f32> = (0..256).map(|i| i as f32 / 128.0 - 1.0).collect();
-    let (entries, labels) = (70, [65_u16, 3, 64]);
+    let entries = 70;
     let mut palette = RgbaImage::new(64 * 3, 2);
     for (entry, k) in (0..entries).flat_map(|entry| (0..3).map(move |k| (entry, k))) {
         let byte =
@@ -87,7 +90,7 @@ fn labels_of_sog_find_their_entries() {
         );
     }
     let texels =
-        labels.iter().flat_map(|label| [label.to_le_bytes()[0], label.to_le_bytes()[1], 0, 255]);
+        LABELS.iter().flat_map(|label| [label.to_le_bytes()[0], label.to_le_bytes()[1], 0, 255]);
     let labelled = RgbaImage::from_raw(3, 1, texels.collect()).unwrap();
     let named = [("p.webp", palette), ("n.webp", labelled)];
     for (name, bytes) in sog_files(&SPLATS) {
@@ -99,21 +102,149 @@ fn labels_of_sog_find_their_entries() {
             ),
         );
         let is_meta = name == "meta.json";
-        fs::write(folder.0.join(name), if is_meta { text.as_bytes() } else { &bytes }).unwrap();
+        fs::write(folder.join(name), if is_meta { text.as_bytes() } else { &bytes }).unwrap();
     }
     for (name, image) in &named {
         let mut file = Cursor::new(Vec::new());
         image.write_to(&mut file, ImageFormat::WebP).unwrap();
-        fs::write(folder.0.join(name), file.into_inner()).unwrap();
+        fs::write(folder.join(name), file.into_inner()).unwrap();
     }
+}
+
+#[test]
+fn labels_of_sog_find_their_entries() {
+    let folder = Folder::new();
+    write_sog(&folder.0);
     let found = load_harmonics(&folder.0.join("meta.json")).unwrap().unwrap();
-    let of = |n: usize| [0, 1, 2].map(|channel| stored(labels[n / 3].into(), n % 3, channel));
+    let of = |n: usize| [0, 1, 2].map(|channel| stored(LABELS[n / 3].into(), n % 3, channel));
     assert_eq!(found, Harmonics { count: 3, coefficients: (0..9).map(of).collect() });
     // A label past the palette.
     let meta = fs::read_to_string(folder.0.join("meta.json")).unwrap();
     fs::write(folder.0.join("meta.json"), meta.replace("\"count\": 70", "\"count\": 65")).unwrap();
     let error = load_harmonics(&folder.0.join("meta.json")).unwrap_err().to_string();
     assert!(error.contains("entry 65 of 65"), "{error}");
+}
+
+/// Level 0: splats 1 and 2 of a file with harmonics, then one without; level 1: one splat.
+const LEVELS: &str = r#"{"version": 1, "lodLevels": 2, "filenames": ["a/meta.json", "b/meta.json"],
+"tree": {"children": [
+{"lods": {"0": {"file": 1, "offset": 0, "count": 1}, "1": {"file": 0, "offset": 0, "count": 1}}},
+{"lods": {"0": {"file": 0, "offset": 1, "count": 2}}}]}}"#;
+
+#[test]
+fn runs_of_a_streamed_sog_have_their_own_rows() {
+    let folder = Folder::new();
+    let [with, without] = ["a", "b"].map(|name| folder.0.join(name));
+    [&with, &without].into_iter().for_each(|folder| fs::create_dir(folder).unwrap());
+    write_sog(&with);
+    for (name, bytes) in sog_files(&SPLATS[..1]) {
+        let text = String::from_utf8_lossy(&bytes).replace(", \"shN\": {\"bands\": 2}", "");
+        let is_meta = name == "meta.json";
+        fs::write(without.join(name), if is_meta { text.as_bytes() } else { &bytes }).unwrap();
+    }
+    let path = folder.write("lod-meta.json", LEVELS);
+    let row = |splat: usize| {
+        (0..3).map(move |k| [0, 1, 2].map(|channel| stored(LABELS[splat].into(), k, channel)))
+    };
+    let rows = row(1).chain(row(2)).chain([[0.0; 3]; 3]).collect();
+    let found = load_harmonics(&path).unwrap().unwrap();
+    assert_eq!(found, Harmonics { count: 3, coefficients: rows });
+    assert_eq!(load_splats(&path).unwrap().splats.len(), 3);
+    // At the level that a scene names.
+    let scene = folder.write("s.toml", "[[splats]]\nfile = 'lod-meta.json'\nlod = 1\n");
+    let relit = load_with_splats(&scene, &LoadOptions::default(), &path).unwrap();
+    assert_eq!((relit.cloud.splats.len(), relit.range.len()), (1, 1));
+    let found = relit.harmonics(&path).unwrap().unwrap();
+    assert_eq!(found, Harmonics { count: 3, coefficients: row(0).collect() });
+    // Splats that a file does not have.
+    fs::write(&path, LEVELS.replace("\"count\": 2", "\"count\": 3")).unwrap();
+    let error = load_harmonics(&path).unwrap_err().to_string();
+    assert!(error.contains("has 3 splats, and the tree names 4"), "{error}");
+}
+
+/// Records of `size` bytes, with their harmonics from `plain` on, channel by channel.
+fn with_numbers(
+    mut file: Vec<u8>,
+    [plain, size]: [usize; 2],
+    number: impl Fn(usize, usize) -> Vec<u8>,
+) -> Vec<u8> {
+    // Space for two more splats is behind them.
+    let start = file.len() - (SPLATS.len() + 2) * size;
+    for i in 0..SPLATS.len() {
+        let numbers: Vec<u8> = (0..9).flat_map(|n| number(i, n)).collect();
+        let at = start + i * size + plain;
+        file[at..at + numbers.len()].copy_from_slice(&numbers);
+    }
+    file
+}
+
+#[test]
+fn bands_of_ksplat_are_channel_by_channel() {
+    let folder = Folder::new();
+    let value = |i: usize, n: usize| stored(i, n % 3, n / 3);
+    let plain =
+        with_numbers(ksplat(0, &SPLATS), [44, 80], |i, n| value(i, n).to_le_bytes().to_vec());
+    assert_eq!(harmonics(&folder, "0.ksplat", &plain).unwrap(), expected(3, SPLATS.len()));
+    let half = |i: usize, n: usize| half::f16::from_f32(value(i, n)).to_le_bytes().to_vec();
+    let halves = with_numbers(ksplat(1, &SPLATS), [24, 42], half);
+    assert_eq!(harmonics(&folder, "1.ksplat", &halves).unwrap(), expected(3, SPLATS.len()));
+    // Bytes of -1.5 to 1.5, or of the range that the header states.
+    for range in [1.5_f32, 2.0] {
+        let byte = |i: usize, n: usize| vec![((value(i, n) / range + 1.0) * 127.5).round() as u8];
+        let mut bytes = with_numbers(ksplat(2, &SPLATS), [24, 33], byte);
+        if range != 1.5 {
+            bytes[36..40].copy_from_slice(&(-range).to_le_bytes());
+            bytes[40..44].copy_from_slice(&range.to_le_bytes());
+        }
+        let found = harmonics(&folder, "2.ksplat", &bytes).unwrap();
+        let off = largest(&found, &expected(3, SPLATS.len()));
+        assert!(off <= 1.001 * range / 255.0, "{range}: {off}");
+    }
+    // Degree 2: the second band follows the first whole.
+    let mut file = ksplat(0, &SPLATS[..1]);
+    let record: Vec<u8> = file[6144..6144 + 44].to_vec();
+    file.truncate(6144);
+    file[4096 + 40] = 2;
+    file.extend(record);
+    for band in [0..3, 3..8] {
+        for channel in 0..3 {
+            file.extend(band.clone().flat_map(|k| stored(0, k, channel).to_le_bytes()));
+        }
+    }
+    file.extend(vec![0; 2 * 140]);
+    assert_eq!(harmonics(&folder, "3.ksplat", &file).unwrap(), expected(8, 1));
+}
+
+/// Attributes of a degree are its coefficients; those of turned splats would be others.
+#[test]
+fn harmonics_of_gltf_are_kept_where_nodes_do_not_turn_them() {
+    let folder = Folder::new();
+    let own = "\"KHR_gaussian_splatting:SH_DEGREE_1_COEF_";
+    // Accessors of colours, centres and deviations take the place of coefficients.
+    let all = format!("{own}0\": 4, {own}1\": 0, {own}2\": 2");
+    let whole = gltf(&SPLATS, false).replace(&format!("{own}0\": 4"), &all);
+    let of = |splat: usize| {
+        let Stored { color, center, sigma, .. } = SPLATS[splat];
+        let vectors = [color.map(|part| (part - 0.5) / 0.282_094_791_8), center, sigma];
+        vectors.map(|parts| Vec3::from_array(parts.map(|part| part as f32)))
+    };
+    let found = harmonics(&folder, "in.gltf", whole.as_bytes()).unwrap();
+    assert_eq!((found.count, found.coefficients.len()), (3, 3 * SPLATS.len()));
+    for (i, k) in (0..SPLATS.len()).flat_map(|i| (0..3).map(move |k| (i, k))) {
+        let off = (Vec3::from_array(found.of(i)[k]) - of(i)[k]).abs().max_element();
+        assert!(off < 1e-4, "splat {i}, coefficient {k}: {off}");
+    }
+    for (node, is_kept) in [
+        ("\"scale\": [2, 3, 1]", true),
+        ("\"rotation\": [0, 0.6, 0, 0.8]", false),
+        ("\"scale\": [-1, 1, 1]", false),
+    ] {
+        let text = whole.replace("\"translation\": [0, 1, 0]", node);
+        assert_eq!(harmonics(&folder, "in.gltf", text.as_bytes()).is_some(), is_kept, "{node}");
+    }
+    let packed = harmonics(&folder, "in.gltf", gltf_spz(&SPLATS).as_bytes()).unwrap();
+    let zeros = vec![[0.0; 3]; 3 * SPLATS.len()];
+    assert_eq!(packed, Harmonics { count: 3, coefficients: zeros });
 }
 
 /// `copies` of the splats, a metre apart.

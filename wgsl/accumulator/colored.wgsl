@@ -4,10 +4,8 @@
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::{colored, opaques};
 import package::features::unrolled;
-import package::hit::blocks::stored_depth;
-import package::hit::blocks_colored::{blocked_channels, last_depth, nearnesses};
+import package::hit::blocks::{blocked_channels, last_depth, nearnesses, small_depth, stored_depth};
 import package::hit::caster_hit::caster_hit;
-import package::hit::small::small_depth;
 import package::records::footprint::Footprint;
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
@@ -46,7 +44,7 @@ fn settled(front: f32) -> bool {
     return all(last <= vec3(front));
 }
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {}
+fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {}
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {

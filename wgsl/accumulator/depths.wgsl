@@ -4,9 +4,8 @@
 import package::bind::changed::scattered_tiles;
 import package::bind::stored::opaques;
 import package::features::unrolled;
-import package::hit::blocks::{blocks, stored_depth};
+import package::hit::blocks::{blocks, small_depth, stored_depth};
 import package::hit::caster_hit::caster_hit;
-import package::hit::small::small_depth;
 import package::records::footprint::Footprint;
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
@@ -15,7 +14,7 @@ import package::traversal::lane::sum_index;
 import choice::accumulator::{ROWS, nearest};
 import choice::sums::{clear_sums, load_nearness, raise_nearness};
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {}
+fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {}
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {

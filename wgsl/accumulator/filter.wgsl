@@ -1,24 +1,21 @@
 // Accumulator: transmittance and nearest depth of an invocation's texels, front to back, in registers. CPU
 // reference: crates/gobo-reference/src/accumulate.rs.
 
-import package::accumulator::found::Found;
 import package::bind::changed::counters;
 import package::bind::sampled::opaques;
 import package::curve::lights::{Lights, black, light_row, plus, scaled, white};
 import package::features::{FAINT, HAS_GAIN, HAS_OVER, HAS_OWNERS, HAS_VOLUMES, unrolled};
 import package::hit::caster_hit::{Faced, faced_hit, set_up};
-import package::hit::hit::{Hit, MISS, presence_of};
 import package::hit::crossing::crossing;
+import package::hit::hit::{Hit, MISS, presence_of};
 import package::hit::hit_order::{
-    Hits, WAITING, clear_order, late_hits, no_hits, pass_on, with_hit,
+    Hits, WAITING, clear_order, front_depths, late_hits, no_hits, pass_on, start_keys, with_hit,
 };
-import package::hit::key_depths::{front_depths, start_keys};
-import package::hit::object::object_of;
+import package::records::caster::object_of;
 import package::records::footprint::Footprint;
-import package::records::owner::{NO_OWNER, owner_tag};
+import package::records::texel::{Found, NO_OWNER, owner_tag};
 import package::records::view::GpuView;
-import package::sums::faint::keep;
-import package::sums::sums::{BLACK, VISIBLE_PRESENCE, light};
+import package::sums::sums::{BLACK, VISIBLE_PRESENCE, keep, light};
 import choice::rows::{ROW_COUNT, RowBits, Rows, any_row, row, row_bits, with_bits, with_row};
 import choice::waiting::take_hits;
 

@@ -5,22 +5,19 @@
 import package::bind::stored::{filters, nearests};
 import package::features::{HAS_OWNERS, unrolled};
 import package::records::footprint::Footprint;
-import package::records::owner::{tagged_alpha, tagged_depth};
+import package::records::texel::{tagged_alpha, tagged_depth};
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
-import package::sums::merge::merge;
-import package::sums::scatter::scatter;
-import package::sums::sums::{
-    FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau,
-};
+import package::sums::scatter::{merge, scatter};
+import package::sums::sums::{FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau};
 import package::traversal::lane::sum_index;
-import choice::maps::{plain_alpha, store_map};
 import choice::accumulator::{ROWS, finish, found};
+import choice::maps::{plain_alpha, store_map};
 import choice::sums::{clear_sums, load_nearness, load_sums, raise_nearness};
 
 var<private> alpha_of_none: f32;
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {
+fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     alpha_of_none = plain_alpha(view.origin + texel, view.layer);
 }
 

@@ -4,20 +4,17 @@
 // segments past the capacity of `partials`, when more tiles have scattered casters than the pair budget has
 // segments. CPU reference: crates/gobo-reference/src/accumulate.rs, crates/gobo-reference/src/resolve.rs.
 
+import package::accumulator::filter::{ROWS, added, crossed, finish, found, nearest, owner, passed};
 import package::bind::changed::partials;
 import package::bind::sampled::tiles;
 import package::bind::stored::{filters, nearests};
 import package::features::{HAS_GAIN, HAS_OWNERS, HAS_VOLUMES, unrolled};
-import package::records::owner::{NO_OWNER, tagged_alpha, tagged_depth};
 import package::records::record::record_texel;
+import package::records::texel::{NO_OWNER, tagged_alpha, tagged_depth};
 import package::records::tile::{Segment, Tile, segment_count, segment_record, tile_of};
 import package::records::view::{GpuView, TILE_SIZE};
-import package::accumulator::filter::{ROWS, added, crossed, finish, found, nearest, owner, passed};
-import package::sums::merge::merge;
-import package::sums::partial::{PARTIAL_TEXELS, Partial, pack_partial, partial_capacity, unpack_pair};
-import package::sums::sums::{
-    FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau,
-};
+import package::sums::scatter::{PARTIAL_TEXELS, Partial, merge, pack_partial, partial_capacity, unpack_pair};
+import package::sums::sums::{FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau};
 import package::traversal::lane::sum_index;
 import choice::rows::{row, row_bits};
 import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_nearness};

@@ -1,14 +1,12 @@
 // Accumulator: transmittance and nearest depth of some texels in a column, for casters of one simple kind:
 // soft discs or splats, of the `filter` transfer. CPU reference: crates/gobo-reference/src/accumulate.rs.
 
-import package::accumulator::found::Found;
 import package::bind::sampled::opaques;
 import package::features::{FAINT, HAS_OPAQUE, unrolled};
 import package::records::footprint::Footprint;
-import package::records::owner::NO_OWNER;
+import package::records::texel::{Found, NO_OWNER};
 import package::records::view::GpuView;
-import package::sums::faint::keep;
-import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
+import package::sums::sums::{BLACK, VISIBLE_PRESENCE, keep};
 import choice::column::COLUMN_TEXELS;
 import choice::plain::{Plain, PlainHit, broadcast, plain_hit, plain_touches, prepare, presence};
 

@@ -2,10 +2,9 @@
 // ground and walls. CPU reference: crates/gobo-reference/src/occlude.rs.
 
 import package::features::unrolled;
-import package::hit::triangle_edges::{edge_products, is_inside};
-import package::records::footprint::{Footprint, setup_of};
-import package::records::opaque_depth::opaque_bits;
-import package::records::setup::setup_texel;
+import package::hit::triangle::{edge_products, is_inside};
+import package::records::footprint::{Footprint, setup_of, setup_texel};
+import package::records::texel::opaque_bits;
 import package::records::view::GpuView;
 import choice::column::COLUMN_TEXELS;
 

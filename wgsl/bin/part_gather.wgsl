@@ -2,15 +2,14 @@
 // which walks the footprints of the tile's band in depth order. Loops take eight footprints at a time:
 // llvmpipe allows an invocation 65,535 turns. Rust: src/shadows/batch/parts.rs.
 
-import package::bin::part_band::band_of;
+import package::bin::parts::band_of;
 import package::bind::loaded::{keys, rects, sorted};
 import package::bind::read::{dispatches, tile_pairs};
 import package::bind::sampled::tiles;
 import package::bind::stored::pairs;
 import package::bind::uniform::bin_params;
 import package::features::HAS_GAUSSIANS;
-import package::records::bin::covers;
-import package::records::dispatch::{PART_DISPATCH, workgroup_number};
+import package::records::batch::{PART_DISPATCH, covers, workgroup_number};
 import package::records::outline::{is_outlined, is_within, load_outline};
 import package::records::record::record_texel;
 import package::records::tile::{Tile, tile_of};

@@ -1,8 +1,6 @@
 // Storage buffers that kernels write. A name has one number in the whole project.
 
-import package::records::bin::{BatchCounters, BinParams};
-import package::records::chunk::{Chunk, ProjectParams};
-import package::records::cluster::ClusterCounters;
+import package::records::batch::{BatchCounters, BinParams, Chunk, ProjectParams};
 import package::records::emitter::GpuEmitted;
 import package::records::host::{HostGroup, LoadCounters};
 import package::records::tile::Segment;
@@ -15,16 +13,12 @@ import package::records::tile::Segment;
 @group(0) @binding(15) var<storage, read_write> scattered_tiles: array<u32>;
 @group(0) @binding(16) var<storage, read_write> segments: array<Segment>;
 @group(0) @binding(17) var<storage, read_write> small_depths: array<atomic<u32>>;
-@group(0) @binding(18) var<storage, read_write> cluster_counters: ClusterCounters;
 @group(0) @binding(19) var<storage, read_write> counters: BatchCounters;
 @group(0) @binding(20) var<storage, read_write> nearness: array<atomic<u32>>;
-@group(0) @binding(21) var<storage, read_write> offsets: array<u32>;
-@group(0) @binding(22) var<storage, read_write> pixels: array<u32>;
 @group(0) @binding(23) var<storage, read_write> run_offsets: array<u32>;
 @group(0) @binding(24) var<storage, read_write> sum_blue: array<atomic<u32>>;
 @group(0) @binding(25) var<storage, read_write> sum_green: array<atomic<u32>>;
 @group(0) @binding(26) var<storage, read_write> sum_red: array<atomic<u32>>;
-@group(0) @binding(64) var<storage, read_write> carried: array<vec4<u32>>;
 @group(0) @binding(72) var<storage, read_write> point_shares: array<f32>;
 @group(0) @binding(85) var<storage, read_write> converted: array<u32>;
 @group(0) @binding(174) var<storage, read_write> brick_states: array<u32>;
@@ -39,11 +33,7 @@ import package::records::tile::Segment;
 @group(0) @binding(184) var<storage, read_write> tile_cursors: array<atomic<u32>>; // number, then place
 @group(0) @binding(185) var<storage, read_write> bucketed: array<vec2<u32>>; // depth key and footprint
 @group(0) @binding(123) var<storage, read_write> part_turn: vec4<u32>;
-@group(0) @binding(117) var<storage, read_write> point_lists: array<atomic<u32>>;
+@group(0) @binding(186) var<storage, read_write> drawn_tiles: array<u32>;
 @group(0) @binding(176) var<storage, read_write> glass_depths: array<atomic<u32>>;
 @group(0) @binding(177) var<storage, read_write> glass_owners: array<atomic<u32>>;
 @group(0) @binding(178) var<storage, read_write> caustics: array<atomic<u32>>;
-@group(0) @binding(118) var<storage, read_write> layered_tiles: array<atomic<u32>>;
-// Slices of each column of air that are needed; in the upper 16 bits, those that earlier bands needed.
-@group(0) @binding(182) var<storage, read_write> air_ends: array<u32>;
-@group(0) @binding(183) var<storage, read_write> air_items: array<atomic<u32>>;

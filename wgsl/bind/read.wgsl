@@ -1,6 +1,6 @@
 // Storage buffers that kernels read. A name has one number in the whole project.
 
-import package::records::chunk::Chunk;
+import package::records::batch::Chunk;
 import package::records::emitter::GpuEmitted;
 import package::records::host::{Caster, Gaussian, HostGroup};
 import package::records::tile::Segment;
@@ -24,11 +24,7 @@ import package::records::tile::Segment;
 @group(0) @binding(76) var<storage, read> host_groups: array<HostGroup>;
 @group(0) @binding(97) var<storage, read> emitted: array<GpuEmitted>;
 @group(0) @binding(121) var<storage, read> tile_pairs: array<u32>;
-@group(0) @binding(117) var<storage, read> point_lists: array<u32>;
 @group(0) @binding(176) var<storage, read> glass_depths: array<u32>;
 @group(0) @binding(177) var<storage, read> glass_owners: array<u32>;
 @group(0) @binding(178) var<storage, read> caustics: array<vec4<u32>>;
 @group(0) @binding(179) var<storage, read> glass: array<vec4<f32>>;
-@group(0) @binding(118) var<storage, read> layered_tiles: array<u32>;
-@group(0) @binding(182) var<storage, read> air_ends: array<u32>;
-@group(0) @binding(183) var<storage, read> air_items: array<u32>;

@@ -1,10 +1,8 @@
 // Textures that kernels read by `textureLoad`, without a sampler. A name has one number in the whole
 // project.
 
-@group(0) @binding(32) var air: texture_2d_array<f32>;
 @group(0) @binding(33) var casters: texture_2d<u32>;
 @group(0) @binding(130) var bricks: texture_2d<u32>;
-@group(0) @binding(34) var cells: texture_2d<f32>;
 @group(0) @binding(35) var clusters: texture_2d<u32>;
 @group(0) @binding(36) var colored: texture_2d_array<f32>;
 @group(0) @binding(37) var curves: texture_2d_array<u32>;
@@ -12,23 +10,16 @@
 @group(0) @binding(39) var footprints: texture_2d<u32>;
 @group(0) @binding(40) var images: texture_2d_array<f32>;
 @group(0) @binding(41) var lights: texture_2d<u32>;
-@group(0) @binding(42) var lit: texture_2d<f32>;
-@group(0) @binding(43) var masks: texture_2d<u32>;
 @group(0) @binding(44) var nearests: texture_2d_array<f32>;
 @group(0) @binding(45) var opaques: texture_2d_array<f32>;
 @group(0) @binding(46) var pairs: texture_2d<u32>;
-@group(0) @binding(47) var reaches: texture_2d<u32>;
 @group(0) @binding(48) var rects: texture_2d<u32>;
 @group(0) @binding(49) var rows: texture_2d_array<f32>;
 @group(0) @binding(50) var setups: texture_2d<u32>;
-@group(0) @binding(51) var sources: texture_2d_array<f32>;
 @group(0) @binding(53) var tiles: texture_2d<u32>;
-@group(0) @binding(119) var blended_tiles: texture_2d<u32>;
 @group(0) @binding(54) var triangles: texture_2d<u32>;
 @group(0) @binding(131) var voxels: texture_3d<f32>;
 @group(0) @binding(132) var brick_lights: texture_2d<f32>;
-@group(0) @binding(65) var layers: texture_2d<u32>;
-@group(0) @binding(67) var seen_pixels: texture_2d<u32>;
 @group(0) @binding(83) var host_depths: texture_2d<f32>;
 @group(0) @binding(175) var host_voxels: texture_3d<f32>;
 @group(0) @binding(114) var host_normals: texture_2d<f32>;
@@ -36,17 +27,8 @@
 @group(0) @binding(107) var near_rows: texture_2d_array<f32>;
 @group(0) @binding(108) var near_around: texture_2d_array<f32>;
 @group(0) @binding(89) var levels: texture_2d<u32>;
-@group(0) @binding(96) var environment: texture_2d<f32>;
-@group(0) @binding(66) var points: texture_2d<u32>;
 @group(0) @binding(100) var mask_surfaces: texture_2d<u32>;
 @group(0) @binding(101) var half_surfaces: texture_2d<u32>;
 @group(0) @binding(102) var light_masks: texture_2d_array<f32>;
-@group(0) @binding(140) var ambients: texture_2d<u32>;
-@group(0) @binding(141) var occlusions: texture_2d<u32>;
-@group(0) @binding(142) var composited: texture_2d<f32>;
-@group(0) @binding(143) var bloom_from: texture_2d<f32>;
-@group(0) @binding(145) var bloom_level: texture_2d<f32>;
-@group(0) @binding(146) var behinds: texture_2d<f32>;
-@group(0) @binding(147) var bends: texture_2d<u32>;
 @group(0) @binding(105) var mask_slots: texture_2d<u32>;
 @group(0) @binding(106) var mask_points: texture_2d<u32>;

@@ -1,15 +1,11 @@
 // Storage textures that kernels write. A name has one number in the whole project.
 
-@group(0) @binding(32) var air: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(33) var casters: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(35) var clusters: texture_storage_2d<r32uint, write>;
 @group(0) @binding(36) var colored: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(37) var curves: texture_storage_2d_array<rgba32uint, write>;
 @group(0) @binding(38) var filters: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(39) var footprints: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(124) var kept_sums: texture_storage_2d_array<rgba32uint, write>;
-@group(0) @binding(42) var lit: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(43) var masks: texture_storage_2d<r32uint, write>;
 @group(0) @binding(44) var nearests: texture_storage_2d_array<r32float, write>;
 @group(0) @binding(45) var opaques: texture_storage_2d_array<r32float, write>;
 @group(0) @binding(46) var pairs: texture_storage_2d<rg32uint, write>;
@@ -17,7 +13,6 @@
 @group(0) @binding(49) var rows: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(131) var voxels: texture_storage_3d<rgba16float, write>;
 @group(0) @binding(50) var setups: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(51) var sources: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(53) var tiles: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(55) var histograms: texture_storage_2d<r32uint, write>;
 @group(0) @binding(57) var keys: texture_storage_2d<rg32uint, write>;
@@ -28,16 +23,6 @@
 @group(0) @binding(108) var near_around: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(111) var filter_mip: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(61) var sorted_pairs: texture_storage_2d<rg32uint, write>;
-@group(0) @binding(65) var layers: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(66) var points: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(67) var seen_pixels: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(68) var radiance: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(140) var ambients: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(141) var occlusions: texture_storage_2d<rg32uint, write>;
-@group(0) @binding(144) var bloom_to: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(146) var behinds: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(147) var bends: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(69) var clipped_rects: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(87) var new_levels: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(100) var mask_surfaces: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(101) var half_surfaces: texture_storage_2d<rgba32uint, write>;

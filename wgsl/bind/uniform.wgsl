@@ -1,35 +1,26 @@
 // Uniform buffers. A name has one number in the whole project.
 
 import package::blur::window::BlurParams;
+import package::caustics::glass::CausticParams;
+import package::import::import::{ConvertParams, ImportParams};
 import package::levels::level_blocks::LevelParams;
-import package::records::air_params::AirParams;
-import package::records::bin::{BinParams, PartParams};
-import package::records::chunk::ProjectParams;
-import package::records::cluster::ClusterParams;
-import package::records::convert::ConvertParams;
+import package::records::batch::{BinParams, PartParams, ProjectParams};
 import package::records::emitter::{EmissionParams, EmitterParams};
-import package::records::glass::CausticParams;
 import package::records::host::{CullParams, GaussianLook, HostGridParams, LoadParams};
-import package::records::import::ImportParams;
-import package::records::light::PictureParams;
+import package::records::light::{PictureParams, PointBatch};
 import package::records::mask::{HostView, MaskParams};
 import package::records::material::{GpuMaterial, MAX_MATERIALS};
-import package::records::point::PointBatch;
 import package::records::view::{GpuView, MAX_VIEWS};
-import package::shade::band::Band;
 import package::soften::run::SoftenParams;
 import package::sort::sort::SortPass;
 
-@group(0) @binding(0) var<uniform> air_params: AirParams;
 @group(0) @binding(1) var<uniform> bin_params: BinParams;
-@group(0) @binding(2) var<uniform> cluster_params: ClusterParams;
 @group(0) @binding(3) var<uniform> soften_params: SoftenParams;
 @group(0) @binding(4) var<uniform> materials: array<GpuMaterial, MAX_MATERIALS>;
 @group(0) @binding(5) var<uniform> picture_params: PictureParams;
 @group(0) @binding(6) var<uniform> project_params: ProjectParams;
 @group(0) @binding(7) var<uniform> sort_pass: SortPass;
 @group(0) @binding(8) var<uniform> views: array<GpuView, MAX_VIEWS>;
-@group(0) @binding(62) var<uniform> band: Band;
 @group(0) @binding(63) var<uniform> point_batch: PointBatch;
 @group(0) @binding(80) var<uniform> cull_params: CullParams;
 @group(0) @binding(81) var<uniform> cull_planes: array<vec4<f32>, 384>; // six per view

@@ -1,21 +1,14 @@
 // Accumulator: curves of an invocation's texels. CPU reference: crates/gobo-reference/src/curve/tile.rs.
 
 import package::bind::sampled::opaques;
-import package::curve::lights::{
-    Lights, black, fixed, minus, plus, scaled, selected, white,
-};
-import package::curve::list::{
-    adding, clear_list, insert, is_saturated, last_end, merge_nodes,
-    overfull,
-};
+import package::curve::lights::{Lights, black, fixed, minus, plus, scaled, selected, white};
+import package::curve::list::{adding, clear_list, insert, is_saturated, last_end, merge_nodes, overfull};
 import package::curve::node::DEPTHS;
 import package::curve::volumes::{Ramp, clear_volumes, count_late, nearest_inside};
 import package::features::{FAINT, HAS_OVER, HAS_VOLUMES, unrolled};
-import package::hit::hit_order::clear_order;
-import package::hit::key_depths::{front_depths, start_keys};
+import package::hit::hit_order::{clear_order, front_depths, start_keys};
 import package::records::view::GpuView;
-import package::sums::faint::FULL;
-import package::sums::sums::VISIBLE_PRESENCE;
+import package::sums::sums::{FULL, VISIBLE_PRESENCE};
 import choice::nodes::{laid_aside, lay_aside, lay_kept};
 import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, with_row};
 import choice::visit::join_delayed;

@@ -2,9 +2,7 @@
 // merge rule and its reasons: crates/gobo-reference/src/curve/mod.rs, `Streaming`.
 
 import package::curve::bodies::{clear_bodies, follow_insertion, follow_merge, new_index};
-import package::curve::lights::{
-    Lights, black, decode, encode, plus, quotient, scaled, selected, white,
-};
+import package::curve::lights::{Lights, black, decode, encode, plus, quotient, scaled, selected, white};
 import package::curve::merge::{cheapest_merge, merged_span};
 import package::features::{HAS_GAIN, HAS_OVER, NODES, unrolled};
 import package::sums::sums::BLACK;

@@ -1,10 +1,10 @@
 // Mean of several curves in a few nodes: each node joins the ramps between two of the longest gaps in depth.
 // CPU reference: crates/gobo-reference/src/curve/mean.rs.
 
-import choice::below::{child_ramp, child_share, start_child};
 import package::curve::node::{
     DEPTHS, LEAST, grows, node_length, node_passed, node_start, packed_node, passed_to,
 };
+import choice::below::{child_ramp, child_share, start_child};
 
 // A ramp: a depth range over which light falls linearly.
 struct Ramp {

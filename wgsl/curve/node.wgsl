@@ -1,8 +1,12 @@
-// Format of a curve in a map: nodes of 8 bytes. CPU reference: crates/gobo-reference/src/curve/format.rs.
-// Start (16 bits), square root of the length (12), red, green and blue that the node alone passes (12 each).
-// Light at a depth is the product of the nodes. A node that starts at 0 is unused, and passes all light.
+// Format of a curve in a map: nodes of 8 bytes. Start (16 bits), square root of the length (12), red, green
+// and blue that the node alone passes (12 each). Light at a depth is the product of the nodes. A node that
+// starts at 0 is unused, and passes all light,
+// whatever its other bits are. CPU reference: crates/gobo-reference/src/curve/format.rs,
+// crates/gobo-reference/src/curve/format.rs, `light_at`.
 
+import package::bind::sampled::curves;
 import package::features::{HAS_BRICKS, HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
+import package::records::view::GpuView;
 import package::sums::sums::BLACK;
 
 const DEPTHS: f32 = 65535.0;
@@ -50,7 +54,12 @@ fn node_bits(node: vec2<u32>) -> vec3<u32> {
 // Light that a node passes, of 1 in front of it.
 fn node_passed(node: vec2<u32>) -> vec3<f32> {
     let bits = node_bits(node);
-    return passed_of(bits, vec3<f32>(bits) / LEVELS);
+    return select(vec3(1.0), passed_of(bits, vec3<f32>(bits) / LEVELS), is_used(node));
+}
+
+// Whether a node is used.
+fn is_used(node: vec2<u32>) -> bool {
+    return node.x >= 0x10000u;
 }
 
 fn passed_of(bits: vec3<u32>, share: vec3<f32>) -> vec3<f32> {
@@ -69,7 +78,7 @@ fn quick_length(node: vec2<u32>) -> f32 {
 
 fn quick_passed(node: vec2<u32>) -> vec3<f32> {
     let bits = node_bits(node);
-    return passed_of(bits, vec3<f32>(bits) * (1.0 / LEVELS));
+    return select(vec3(1.0), passed_of(bits, vec3<f32>(bits) * (1.0 / LEVELS)), is_used(node));
 }
 
 // Light that a node must pass so that `light` is left of `before`.
@@ -105,4 +114,22 @@ const BRICK_SEGMENT: u32 = 512u; // with bricks
 // Pairs of a segment of a long tile. Rust: `segment_length` in src/shadows/batch/list_plan.rs.
 fn curve_segment() -> u32 {
     return select(select(CURVE_SEGMENT, ORDERED_SEGMENT, HAS_OVER || HAS_VOLUMES), BRICK_SEGMENT, HAS_BRICKS);
+}
+
+// Light at a depth of a texel's curve: the product of its nodes, in any order.
+
+// Share of light that a node passes up to depth `z`, in fixed point.
+fn passed_at(node: vec2<u32>, z: f32) -> vec3<f32> {
+    let start = node_start(node);
+    let share = clamp((z - start) / max(node_length(node), 1e-6), 0.0, 1.0);
+    return mix(vec3(1.0), node_passed(node), select(0.0, share, start > 0.0));
+}
+
+fn curve_light(view: GpuView, at: vec2<u32>, z: f32) -> vec3<f32> {
+    var light = vec3(1.0);
+    for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
+        let nodes = textureLoad(curves, at, curve_layer(view.layer, pair), 0);
+        light *= passed_at(nodes.xy, z * DEPTHS) * passed_at(nodes.zw, z * DEPTHS);
+    }
+    return light;
 }

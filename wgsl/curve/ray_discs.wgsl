@@ -1,7 +1,7 @@
 // Visits an invocation's texels with soft discs of the `filter` transfer, which the lanes of a subgroup
 // prepare for each other.
 
-import package::curve::ray::{RayHit, ROWS, corner, texels, visit_hit};
+import package::curve::ray::{ROWS, RayHit, corner, texels, visit_hit};
 import package::features::unrolled;
 import package::hit::disc::{Disc, broadcast_disc, disc_hit, disc_touches, prepare_disc};
 import package::records::footprint::Footprint;

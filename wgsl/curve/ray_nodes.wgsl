@@ -4,8 +4,8 @@
 
 import package::curve::node::{DEPTHS, grows, node_passed, packed_node};
 import package::curve::ray::{
-    Placed, RayHit, ROWS, Texel, bend_of, corner, found, go_on, is_finished, light_of, pass_hit,
-    splits, texels, visit_hit,
+    Placed, ROWS, RayHit, Texel, bend_of, corner, found, go_on, is_finished, light_of, pass_hit, splits,
+    texels, visit_hit,
 };
 import package::features::{NODES, unrolled};
 import package::records::view::GpuView;

@@ -3,12 +3,13 @@
 
 import package::bind::read::partials;
 import package::bind::stored::{curves, filters, nearests};
+import package::curve::blank::stays_blank;
 import package::curve::node::{
     DEPTHS, curve_layer, curve_segment, node_length, node_of_pair, node_passed, node_start,
 };
-import package::curve::partial::{first_node, partial_size};
 import package::curve::ray::{RayHit, TRACE, begin_second, found, start, texels, visit_hit};
 import package::curve::ray_nodes::{end_walk, visit_scattered};
+import package::curve::stored::{first_node, partial_size};
 import package::features::{NODES, unrolled};
 import package::records::tile::Tile;
 import package::records::view::{GpuView, TILE_SIZE};
@@ -18,6 +19,11 @@ import choice::accumulator::ROWS;
 import choice::sums::{clear_sums, load_nearness, load_sums};
 
 const SPLITS: bool = false;
+
+// No tile of several segments is without a caster.
+fn is_blank() -> bool {
+    return false;
+}
 
 struct Scattered {
     light: vec3<f32>,
@@ -69,6 +75,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     let count = (tile.end - tile.first + curve_segment() - 1u) / curve_segment();
     let first = tile.merged - 1u;
     walked_tile = tile_id;
+    let blank = stays_blank(view, tile.position * TILE_SIZE, true);
     start(view, tile.position * TILE_SIZE + in_tile);
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         texels[i].nearest = whole_of(first, count, in_tile + vec2(0u, i)).a;

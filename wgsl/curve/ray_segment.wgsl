@@ -1,7 +1,7 @@
 // Output: the curves of discs in one segment of a long tile; `resolve` combines a tile's segments in order.
 
 import package::bind::changed::partials;
-import package::curve::partial::{first_node, partial_size};
+import package::curve::stored::{first_node, partial_size};
 import package::features::unrolled;
 import package::records::tile::Segment;
 import package::records::view::{GpuView, TILE_SIZE};
@@ -14,6 +14,11 @@ var<private> walked_segment: u32;
 
 fn before_segment(index: u32) {
     walked_segment = index;
+}
+
+// No tile of several segments is without a caster.
+fn is_blank() -> bool {
+    return false;
 }
 
 // Whether some casters have no pairs: `resolve` adds those of the tile.

@@ -1,8 +1,10 @@
 // Output: the curves, filter and nearest depth of a tile of discs that one workgroup finishes.
 
 import package::bind::read::scattered_tiles;
+import package::curve::blank::stays_blank;
 import package::curve::node::curve_layer;
 import package::features::unrolled;
+import package::records::tile::{Tile, tile_number_of};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{blackened, light, nearness_to_depth};
 import package::traversal::lane::sum_index;
@@ -13,11 +15,21 @@ import choice::sums::{clear_sums, load_nearness, load_sums};
 const SPLITS: bool = true; // bodies are split with free nodes
 
 var<private> walked_tile: u32;
+var<private> blank: bool;
 var<private> alpha_of_none: f32;
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {
-    walked_tile = tile_id;
-    alpha_of_none = plain_alpha(view.origin + texel, view.layer);
+fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
+    walked_tile = tile_number_of(view, tile);
+    blank = stays_blank(view, texel, (tile.first < tile.end) | scattered());
+    alpha_of_none = 1.0;
+    for (var turn = u32(blank); turn < 1u; turn += 1u) {
+        alpha_of_none = plain_alpha(view.origin + texel, view.layer);
+    }
+}
+
+// Whether the tile's curves are not stored.
+fn is_blank() -> bool {
+    return blank;
 }
 
 // Whether some of the tile's casters have no pairs.

@@ -3,14 +3,14 @@
 
 import package::bind::read::partials;
 import package::bind::stored::{filters, nearests};
+import package::curve::blank::stays_blank;
 import package::curve::lights::{
     Lights, black, fixed, light_row, minus, plus, scaled, selected, white, with_light,
 };
 import package::curve::list::{adding, clear_list, insert, last_end, merge_nodes, must_merge};
-import package::curve::loaded::loaded_node;
 import package::curve::node::curve_segment;
 import package::curve::overflow::{is_light, overflowed, rest_light};
-import package::curve::partial::{first_node, partial_size};
+import package::curve::stored::{first_node, loaded_node, partial_size};
 import package::curve::tile::store_curves;
 import package::curve::volumes::{
     Ramp, Unentered, begin_inside, clear_volumes, count_late, crossed, follow_inside, nearest_inside,
@@ -106,6 +106,7 @@ fn scale_shares(light: Lights, part: f32) -> Lights {
 fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     let at = view.origin + tile.position * TILE_SIZE + in_tile;
     let count = (tile.end - tile.first + curve_segment() - 1u) / curve_segment();
+    let blank = stays_blank(view, tile.position * TILE_SIZE, true);
     clear_list(in_tile);
     clear_volumes();
     var passed = white(); // light behind the curve so far, by its rounded nodes

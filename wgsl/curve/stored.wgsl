@@ -1,13 +1,56 @@
-// Nodes in the format of a map. CPU reference: crates/gobo-reference/src/curve/format.rs.
+// Nodes of an invocation's texels, to and from maps and segments. CPU reference:
+// crates/gobo-reference/src/curve/mod.rs, `unpack`, crates/gobo-reference/src/curve/format.rs. Rust:
+// src/stage/curve.rs, `partial_bytes`.
 
 import package::curve::lights::{Lights, black, scaled, white};
 import package::curve::list::{coded, light_behind};
-import package::curve::loaded::loaded_channel;
 import package::curve::node::{DEPTHS, EVEN, LEAST, LEVELS, OCTAVE, grows};
-import package::features::{HAS_VOLUMES, unrolled};
+import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
 import package::sums::sums::BLACK;
 import choice::nodes::{node_at, node_count, set_node};
 import choice::rows::{RowBits, RowIs, Rows, row_bits};
+
+// Record of a long tile's segment in `partials`, texel by texel: its filter and nearest depth, then
+// `CHANGE_WORDS` if hits add light or volumes absorb, then its nodes, two at a time.
+
+const CHANGE_WORDS: u32 = 7u; // scale; surface scale, last face; surface light; density; crossed; `Unentered`
+
+fn first_node() -> u32 {
+    return 1u + select(0u, CHANGE_WORDS, HAS_OVER || HAS_VOLUMES);
+}
+
+fn partial_size() -> u32 {
+    return first_node() + NODES / 2u;
+}
+
+// A node of an invocation's texels, from a map or a segment.
+struct LoadedNode {
+    start: RowBits, // in fixed point; 0 for an unused node
+    end: RowBits,
+    passed: Lights,
+}
+
+fn loaded_channel(bits: RowBits) -> Rows {
+    let level_bits = bits & RowBits(0xfffu);
+    if grows() {
+        return select(exp2((Rows(level_bits) - EVEN) / OCTAVE), Rows(0.0), level_bits == RowBits(0u));
+    }
+    return Rows(level_bits) / LEVELS;
+}
+
+// `firsts` and `seconds`: the words of each texel's node.
+fn loaded_node(firsts: RowBits, seconds: RowBits) -> LoadedNode {
+    let root = Rows((firsts >> RowBits(4u)) & RowBits(0xfffu)) / LEVELS;
+    let start = firsts >> RowBits(16u);
+    let red = ((firsts & RowBits(15u)) << RowBits(8u)) | (seconds >> RowBits(24u));
+    return LoadedNode(
+        start,
+        RowBits(min(round(Rows(start) + root * root * DEPTHS), Rows(DEPTHS))),
+        Lights(loaded_channel(red), loaded_channel(seconds >> RowBits(12u)), loaded_channel(seconds)),
+    );
+}
+
+// Nodes in the format of a map.
 
 // Light behind the stored nodes: what rounding took from one, the next gives back.
 var<private> left: Lights;

@@ -4,6 +4,7 @@
 import package::bind::changed::counters;
 import package::bind::read::scattered_tiles;
 import package::bind::stored::{curves, filters, nearests};
+import package::curve::blank::stays_blank;
 import package::curve::bodies::split_bodies;
 import package::curve::gather::{
     corner, join_ramp, join_rest, nearest, nearest_seen, open_added, open_end, open_start, total_light,
@@ -15,15 +16,18 @@ import package::curve::overflow::{is_light, overflowed, rest_light};
 import package::curve::stored::{begin_stored, stored_node, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
+import package::records::tile::{Tile, tile_number_of};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
 import choice::rows::{ROW_COUNT, Rows, row};
 
 var<private> walked_tile: u32;
+var<private> is_blank: bool;
 
-fn before_tile(view: GpuView, texel: vec2<u32>, tile_id: u32, in_tile: vec2<u32>) {
-    walked_tile = tile_id;
+fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
+    walked_tile = tile_number_of(view, tile);
+    is_blank = stays_blank(view, texel, (tile.first < tile.end) | is_scattered());
 }
 
 // Whether some of the tile's casters have no pairs.
@@ -68,8 +72,10 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
         textureStore(filters, texel_at, view.layer, vec4(blackened(light_row(all, i)), 1.0));
         textureStore(nearests, texel_at, view.layer, vec4(row(depth, i)));
     }
-    split_bodies();
-    store_curves(view, at);
+    for (var turn = u32(is_blank); turn < 1u; turn += 1u) {
+        split_bodies();
+        store_curves(view, at);
+    }
     if disordered > 0u {
         atomicAdd(&counters.disordered, disordered);
     }

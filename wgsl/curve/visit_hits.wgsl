@@ -11,18 +11,16 @@ import package::curve::volumes::{change_density, crossed, surface_light, surface
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
 import package::hit::brick::{ramp_count, ramp_index, ramps_of};
 import package::hit::caster_hit::{Faced, faced_hit, set_up};
-import package::hit::hit::{Hit, MISS};
 import package::hit::crossing::{face_crossing, volume_face};
+import package::hit::hit::{Hit, MISS};
 import package::hit::hit_order::{Hits, WAITING, delayed, no_hits, pass_on, with_hit};
 import package::records::brick::brick_of;
 import package::records::caster::particle_object;
-import package::records::footprint::{Footprint, caster_of};
-import package::records::footprint_loaded::load_footprint;
+import package::records::footprint::{Footprint, caster_of, load_footprint};
 import package::records::material::SHAPE_BRICK;
 import package::records::view::GpuView;
-import package::traversal::lane_caster::Payload;
-import package::traversal::kinds::visited;
-import package::traversal::subgroup_block::shared_index;
+import package::traversal::lane::shared_index;
+import package::traversal::lane_caster::{Payload, visited};
 import choice::rows::{ROW_COUNT, RowIs, Rows, any_row, row, with_row};
 import choice::waiting::take_hits;
 

@@ -1,25 +1,24 @@
-// Entry: one segment of a long tile with order-dependent blending. Like wgsl/entry/segment.wgsl, but each hit
+// Entry: one segment of a long tile with order-dependent blending. Like wgsl/entry/walk.wgsl, but each hit
 // belongs to the last segment whose front it lies behind: a segment also visits the last pairs of the
 // previous one, and leaves hits behind the next front to the next. CPU reference:
 // crates/gobo-reference/src/accumulate.rs, which sorts all hits of a ray.
 
+import package::accumulator::filter::{body_before, body_faces, body_from, start};
 import package::bind::loaded::pairs;
 import package::bind::read::{dispatches, segments};
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;
+import package::entry::walk::{SHARES, SHARE_LANES, share_texel};
 import package::features::HAS_OVER;
-import package::hit::key_depths::front_depths;
-import package::records::dispatch::{SEGMENT_DISPATCH, workgroup_number};
-import package::records::footprint::front_depth;
-import package::records::footprint_loaded::load_footprint;
+import package::hit::hit_order::front_depths;
+import package::records::batch::{SEGMENT_DISPATCH, workgroup_number};
+import package::records::footprint::{front_depth, load_footprint};
 import package::records::record::record_texel;
 import package::records::tile::{Segment, Tile, segment_record, segment_view, tile_of};
 import package::records::view::GpuView;
-import package::accumulator::filter::{body_before, body_faces, body_from, start};
 import package::traversal::lane::tile_texel;
-import package::traversal::share::{SHARES, SHARE_LANES, share_texel};
-import choice::rows::Rows;
 import choice::output::store_segment;
+import choice::rows::Rows;
 import choice::traversal::walk;
 
 // Pairs at the end of a segment whose hits belong to the next segment if they lie behind its front.

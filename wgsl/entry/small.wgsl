@@ -1,18 +1,20 @@
-// occlude, small: opaque triangles of a few texels, written straight to these texels' depths, without
-// footprints, sort and bin. One invocation per triangle and view; a workgroup takes a chunk, whose triangles
-// the CPU knows to be small and beyond the near plane. CPU reference: crates/gobo-reference/src/occlude.rs.
-// Rust: src/stage/occlude.rs.
+// Casters of few texels, without pairs. CPU reference: crates/gobo-reference/src/occlude.rs,
+// crates/gobo-reference/src/accumulate.rs. Rust: src/stage/occlude.rs, src/stage/accumulate.rs.
 
-import package::bind::changed::small_depths;
+import package::bind::changed::{counters, small_depths};
 import package::bind::loaded::triangles;
 import package::bind::read::chunks;
+import package::bind::sampled::rects;
 import package::bind::uniform::{project_params, views};
 import package::features::unrolled;
-import package::hit::triangle_edges::{edge_line, edge_products, is_inside, owns_edge};
-import package::records::dispatch::workgroup_number;
-import package::records::opaque_depth::opaque_bits;
+import package::hit::triangle::{edge_line, edge_products, is_inside, owns_edge};
+import package::records::batch::{Chunk, workgroup_number};
+import package::records::footprint::load_footprint;
 import package::records::record::{TRIANGLE_TEXELS, record_texel};
+import package::records::texel::opaque_bits;
+import package::records::tile::{is_scattered, scatter_texel};
 import package::records::view::TILE_SIZE;
+import package::sums::scatter::scatter;
 
 override WORKGROUP_SIZE: u32;
 const SPAN_SLACK: f32 = 0.015625; // [texels]; the edge functions decide
@@ -32,6 +34,9 @@ fn row_span(y: f32, lo: f32, hi: f32) -> vec2<f32> {
     return vec2(ceil(span.x - (0.5 + SPAN_SLACK)), floor(span.y - (0.5 - SPAN_SLACK)));
 }
 
+// occlude, small: opaque triangles of a few texels, written straight to these texels' depths, without
+// footprints, sort and bin. One invocation per triangle and view; a workgroup takes a chunk, whose triangles
+// the CPU knows to be small and beyond the near plane.
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn occlude_small(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -102,4 +107,41 @@ fn occlude_small(
         span = row_span(y, lo.x, hi.x);
         x = select(x, span.x, next);
     }
+}
+
+// accumulate, tiny: particles of at most 2x2 texels, added straight to the sums. One invocation per
+// footprint; workgroups stride over the chunks, so few that the invocations in flight on one texel cannot
+// wrap its sum.
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn accumulate_tiny(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    var scattered = 0u;
+    for (var i = workgroup.x; i < project_params.chunk_count; i += workgroups.x) {
+        scattered += scatter_particle(chunks[i], lane);
+    }
+    if scattered > 0u {
+        atomicAdd(&counters.scattered, scattered);
+    }
+}
+
+// Number of particles that were scattered: one or none.
+fn scatter_particle(chunk: Chunk, lane: u32) -> u32 {
+    let index = chunk.first_footprint + lane;
+    let rect = textureLoad(rects, record_texel(index), 0).rg;
+    if lane >= chunk.count || !is_scattered(rect) {
+        return 0u;
+    }
+    let view = views[chunk.view];
+    let footprint = load_footprint(index);
+    let first = vec2<i32>(scatter_texel(footprint.bounds.xy));
+    for (var i = 0; i < 4; i += 1) {
+        let texel = first + vec2(i & 1, i >> 1u);
+        if all(texel >= vec2(0)) && all(texel < vec2<i32>(view.size)) {
+            scatter(view, footprint, vec2<u32>(texel));
+        }
+    }
+    return 1u;
 }

@@ -1,24 +1,19 @@
 // Whether an opaque material's hit blocks the light at a texel. CPU reference:
 // crates/gobo-reference/src/occlude.rs.
 
+import package::bind::read::small_depths;
 import package::bind::uniform::materials;
-import package::features::{
-    HAS_CAPSULES, HAS_DITHER, HAS_GAUSSIANS, HAS_PARTICLES, HAS_TRIANGLES,
-};
-import package::hit::triangle::edge;
+import package::features::{HAS_CAPSULES, HAS_DITHER, HAS_GAUSSIANS, HAS_PARTICLES, HAS_SMALL, HAS_TRIANGLES};
 import package::hit::dither::{PATTERN_HASHED, cell_threshold, hashed_threshold, pattern_cell};
 import package::hit::gaussian::approach;
-import package::hit::hit::{Hit, facing, facing_hit};
-import package::hit::object::object_of;
-import package::hit::solid::is_solid;
-import package::records::capsule::is_capsule;
-import package::records::caster::caster_rotation;
-import package::records::footprint::{Footprint, caster_of, setup_of};
-import package::records::gaussian::{gaussian_setup, is_gaussian};
+import package::hit::hit::{Hit, facing, facing_hit, is_solid};
+import package::hit::triangle::edge;
+import package::records::caster::{caster_rotation, gaussian_setup, is_capsule, is_gaussian, object_of};
+import package::records::footprint::{Footprint, caster_of, setup_of, setup_texel};
 import package::records::material::TRANSFER_DITHER;
-import package::records::opaque_depth::opaque_bits;
-import package::records::setup::setup_texel;
-import package::records::view::GpuView;
+import package::records::texel::opaque_bits;
+import package::records::view::{GpuView, TILE_SIZE};
+import package::sums::sums::depth_to_nearness;
 
 fn blocks(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> bool {
     if HAS_DITHER && hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
@@ -105,4 +100,38 @@ fn edge_step(setup: u32, i: u32) -> vec2<f32> {
 fn stored_depth(hit: Hit) -> f32 {
     let dithered = HAS_DITHER && materials[hit.material].transfer == TRANSFER_DITHER;
     return bitcast<f32>(opaque_bits(hit.depth, dithered));
+}
+
+// Least depth of these triangles at a texel of the view's map, 1 for none.
+fn small_depth(view: GpuView, texel: vec2<u32>) -> f32 {
+    if !HAS_SMALL {
+        return 1.0;
+    }
+    let first = view.first_tile * TILE_SIZE * TILE_SIZE;
+    return bitcast<f32>(small_depths[first + texel.y * view.tiles_x * TILE_SIZE + texel.x]);
+}
+
+// Channels of the light that an opaque material's hit blocks at a texel; a `dither` caster has a threshold
+// per channel.
+fn blocked_channels(view: GpuView, footprint: Footprint, texel: vec2<f32>, hit: Hit) -> vec3<bool> {
+    if hit.depth >= 0.0 && materials[hit.material].transfer == TRANSFER_DITHER {
+        let id = object_of(footprint) * 3u;
+        let point = pattern_point(view, footprint, texel, hit.material);
+        let thresholds = vec3(
+            threshold_at(point, hit.material, id),
+            threshold_at(point, hit.material, id + 1u),
+            threshold_at(point, hit.material, id + 2u),
+        );
+        return 1.0 - hit.light > thresholds;
+    }
+    return vec3(is_solid(hit));
+}
+
+// Depth behind which all channels are blocked.
+fn last_depth(depths: vec3<f32>) -> f32 {
+    return max(max(depths.r, depths.g), depths.b);
+}
+
+fn nearnesses(depths: vec3<f32>) -> vec3<u32> {
+    return vec3(depth_to_nearness(depths.r), depth_to_nearness(depths.g), depth_to_nearness(depths.b));
 }

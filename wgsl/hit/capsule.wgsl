@@ -3,13 +3,13 @@
 
 import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, to_map};
-import package::records::capsule::capsule_of;
-import package::records::color::unpack_color;
+import package::records::caster::capsule_of;
 import package::records::footprint::MIN_RADIUS;
+import package::records::pack::unpack_color;
 import package::records::record::OPACITY_SCALE;
-import package::records::tile_rect::SLACK;
+import package::records::tile::SLACK;
 import package::records::view::{GpuView, MIN_DISTANCE};
-import package::sums::faint::{tau_absorbed, whole_tau};
+import package::sums::sums::{tau_absorbed, whole_tau};
 
 const PARALLEL: f32 = 1e-8; // least squared sine between a ray and the axis
 const LONGEST_WAY: f32 = 1e6;   // [diameters]; seen along the axis, a strand with a longer way covers nothing

@@ -8,29 +8,27 @@ import package::features::{
     HAS_TRIANGLES, only_capsules, only_gaussians,
 };
 import package::hit::brick::passage;
-import package::hit::brick_light::SHADES_BRICKS;
-import package::hit::brick_shown::brick_shown;
+import package::hit::brick_light::{SHADES_BRICKS, brick_shown};
 import package::hit::capsule::{CapsuleSetup, capsule_hit, capsule_setup};
-import package::hit::fresnel::face_passes;
+import package::hit::disc::puff_hit;
 import package::hit::gaussian::gaussian_hit;
 import package::hit::hit::{
-    Facing, Hit, MISS, absorption, coverage, facing, facing_hit, transmittance,
+    Facing, Hit, MISS, absorption, coverage, face_passes, facing, facing_hit, transmittance,
 };
-import package::hit::puff::puff_hit;
 import package::hit::texture::sample_texture;
 import package::hit::triangle::triangle_hit;
 import package::records::brick::{brick_of, grid_extinction, grid_of};
-import package::records::capsule::is_capsule;
-import package::records::caster::{caster_look, look_rotation, particle_object};
+import package::records::caster::{
+    GaussianSetup, caster_look, gaussian_setup, is_capsule, is_gaussian, look_rotation, particle_object,
+};
 import package::records::footprint::{
     Footprint, caster_of, footprint_color, footprint_thin, opacity_slope, setup_of,
 };
-import package::records::gaussian::{GaussianSetup, gaussian_setup, is_gaussian};
 import package::records::material::{
     NO_TEXTURE, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, shows_clear,
 };
 import package::records::view::GpuView;
-import package::sums::faint::tau_absorbed;
+import package::sums::sums::tau_absorbed;
 
 // A particle set up for texels.
 struct Faced {

@@ -5,9 +5,8 @@ import package::bind::uniform::materials;
 import package::features::HAS_TRIANGLES;
 import package::hit::hit::Hit;
 import package::hit::triangle::triangle_weights;
-import package::records::footprint::{Footprint, setup_of};
+import package::records::footprint::{BACK_BIT, Footprint, setup_of, setup_texel};
 import package::records::material::TRANSFER_OVER;
-import package::records::setup::{BACK_BIT, setup_texel};
 import package::records::view::GpuView;
 import package::sums::sums::FIXED_ONE;
 

@@ -2,13 +2,13 @@
 
 import package::bind::uniform::materials;
 import package::features::HAS_MEDIA;
-import package::records::color::unpack_color;
+import package::records::caster::{GaussianSetup, MEDIUM_BIT, gaussian_amplitude};
 import package::records::footprint::Footprint;
-import package::records::gaussian::{GaussianSetup, MEDIUM_BIT, gaussian_amplitude};
+import package::records::pack::unpack_color;
 import package::records::record::OPACITY_SCALE;
-import package::records::tile_rect::SLACK;
+import package::records::tile::SLACK;
 import package::records::view::{GpuView, is_beside};
-import package::sums::faint::tau_absorbed;
+import package::sums::sums::tau_absorbed;
 
 // A ray's closest approach, in the Gaussian's own space.
 struct Approach {

@@ -3,10 +3,10 @@
 
 import package::features::{HAS_OPAQUE, PERSPECTIVE};
 import package::hit::gaussian::{WIDER, gaussian_touches};
-import package::records::color::unpack_absorbed;
+import package::records::caster::{gaussian_amplitude, gaussian_setup};
 import package::records::footprint::Footprint;
-import package::records::gaussian::{gaussian_amplitude, gaussian_setup};
-import package::records::tile_rect::SLACK;
+import package::records::pack::unpack_absorbed;
+import package::records::tile::SLACK;
 import package::records::view::{GpuView, is_beside};
 
 // Root of log2(e) / 2: exp(-q^2 / 2) = exp2(-(ROOT_LOG q)^2).

@@ -4,7 +4,7 @@
 import package::curve::mean::{Ramp, light_before, next_ramp};
 import package::curve::node::{node_of_pair, used_nodes};
 import package::features::HAS_FACES;
-import package::levels::child_owner::{child_owner, shifted};
+import package::levels::level_blocks::{child_owner, shifted};
 import package::records::area::{LevelMap, block_nodes, block_number, level_map, leveled_view};
 import package::records::view::GpuView;
 

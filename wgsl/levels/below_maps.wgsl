@@ -5,7 +5,7 @@ import package::bind::uniform::picture_params;
 import package::curve::mean::{Ramp, light_before, next_ramp};
 import package::curve::node::{DEPTHS, curve_layer, node_of_pair, used_nodes};
 import package::features::NODES;
-import package::levels::child_owner::{child_owner, shifted};
+import package::levels::level_blocks::{child_owner, shifted};
 import package::records::area::leveled_view;
 import package::records::view::GpuView;
 

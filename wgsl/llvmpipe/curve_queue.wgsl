@@ -5,21 +5,19 @@
 
 import package::features::{NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::broadcast_disc;
-import package::llvmpipe::curve_few::{start_few, store_few, visit_few};
 import package::llvmpipe::curve_state::{
     changes, counts_on, few_rows, has_many, lost_light, lost_so_far, sample_changes, sample_lost,
-    sample_lost_so_far, seeks,
+    sample_lost_so_far, seeks, start_few, store_few, visit_few,
 };
 import package::llvmpipe::curve_texels::{
-    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample,
-    store_pairs, visit,
+    add_scattered, corner, end_nodes, high, keep_found, light_all, node_count, open_node, sample, store_pairs,
+    visit,
 };
 import package::llvmpipe::queue::{
-    Collected, Prepared, QUEUE, Queue, fill, fill_within, join_lanes, lanes_sum, prepare_lane,
-    without_eight,
+    Collected, Prepared, QUEUE, Queue, fill, fill_within, join_lanes, lanes_sum, prepare_lane, without_eight,
 };
 import package::records::view::GpuView;
-import package::traversal::subgroup_block::{Block, block_high, block_low};
+import package::traversal::lane::{Block, block_high, block_low};
 
 // A batch of eight discs: their light depths.
 struct Batch {

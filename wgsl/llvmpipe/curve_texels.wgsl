@@ -5,10 +5,9 @@ import package::curve::node::{DEPTHS, packed_node, quick_passed};
 import package::features::{FAINT, HAS_OPAQUE, NODES, PERSPECTIVE, unrolled};
 import package::hit::disc::{Disc, DiscHit, disc_hit};
 import package::records::view::GpuView;
-import package::sums::faint::keep;
-import package::sums::sums::{BLACK, VISIBLE_PRESENCE};
+import package::sums::sums::{BLACK, VISIBLE_PRESENCE, keep};
 import choice::column::COLUMN_TEXELS;
-import choice::output::{scattered, scattered_light, store_nodes};
+import choice::output::{is_blank, scattered, scattered_light, store_nodes};
 
 const ROWS: u32 = COLUMN_TEXELS; // texels that an invocation holds, in a column
 
@@ -190,10 +189,12 @@ fn end_nodes() {
 
 // Stores the last two nodes. `is_last`: the node of the casters without pairs comes behind them.
 fn store_pairs(view: GpuView, pair: u32, is_last: bool) {
-    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        let is_rest = is_last & (texels[i].rest.x >= 0x10000u);
-        let rest = select(unused_node(), texels[i].rest, texels[i].count >= f32(NODES + 1u));
-        store_nodes(view, corner, i, pair, vec4(texels[i].before, select(texels[i].node, rest, is_rest)));
+    for (var turn = u32(is_blank()); turn < 1u; turn += 1u) {
+        for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+            let is_rest = is_last & (texels[i].rest.x >= 0x10000u);
+            let rest = select(unused_node(), texels[i].rest, texels[i].count >= f32(NODES + 1u));
+            store_nodes(view, corner, i, pair, vec4(texels[i].before, select(texels[i].node, rest, is_rest)));
+        }
     }
 }
 

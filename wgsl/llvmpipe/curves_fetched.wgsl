@@ -1,4 +1,4 @@
-// Stores a finished tile to the maps, curves included, like wgsl/llvmpipe/maps_fetched.wgsl: their cache
+// Stores a finished tile to the maps, curves included, like wgsl/llvmpipe/choices.wgsl: their cache
 // lines are read before the tile is walked.
 
 import package::bind::updated::{curves, filters, nearests};

@@ -5,11 +5,10 @@
 
 import package::accumulator::plain::{corner, seeks, settled, visit_plain};
 import package::bind::loaded::pairs;
-import package::records::footprint::{footprint_key, key_depth};
-import package::records::footprint_loaded::load_footprint;
+import package::records::footprint::{footprint_key, key_depth, load_footprint};
 import package::records::record::record_texel;
 import package::records::view::GpuView;
-import package::traversal::subgroup_block::{Block, block_high, block_low};
+import package::traversal::lane::{Block, block_high, block_low};
 import choice::plain::{Plain, SEEKS_APART, broadcast, only_if, plain_touches, prepare};
 
 // Whether tiles have many casters.

@@ -1,7 +1,5 @@
-// load: Gaussians in the host's buffers -> records and axes as if they had been uploaded, and a box around
-// each group. One invocation per Gaussian, a workgroup per group. Invalid Gaussians are counted; valid ones
-// are compacted, in order. CPU reference: `Caster::of_gaussian` in src/records/gaussian.rs. Rust:
-// src/stage/load.rs.
+// Gaussians of a host. CPU reference: `Caster::of_gaussian` in src/records/gaussian.rs. Rust:
+// `Caster::of_gaussian` and `GaussianAxes` in src/records/gaussian.rs, src/stage/load.rs.
 
 import package::bind::stored::casters;
 import package::bind::uniform::{gaussian_looks, load_params, materials};
@@ -9,16 +7,66 @@ import package::load::group::{
     add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group,
     store_group,
 };
-import package::load::pack_gaussian::{gaussian_radius, most_opacity, packed_axes, packed_gaussian};
-import package::records::dispatch::workgroup_number;
-import package::records::host::{CHUNK_SIZE, MAX_COORDINATE, Gaussian};
+import package::load::load_casters::{half_bits, packed_color};
+import package::project::conic::reach_squared;
+import package::records::batch::workgroup_number;
+import package::records::caster::MEDIUM_BIT;
+import package::records::host::{CHUNK_SIZE, Gaussian, MAX_COORDINATE};
 import package::records::material::{MAX_GAIN, TRANSFER_GAIN};
-import package::records::record::record_texel;
+import package::records::record::{OPACITY_SCALE, record_texel};
 import choice::loader::load_gaussian;
+
+// Packs a host's Gaussian into the records that its upload would make: bit for bit, but for the radius where
+// its quaternion has unit length only up to rounding.
+
+const ROOT_TAU: f32 = 2.5066283;
+const UNIT_ROUNDING: f32 = 1e-6; // of a unit quaternion's squared length
+const RADIUS_SLACK: f32 = 1.0001; // rounding of a logarithm and a root
+
+fn is_medium(gaussian: Gaussian) -> bool {
+    return (gaussian_looks[gaussian.material].marks & MEDIUM_BIT) != 0u;
+}
+
+// Opacity of a Gaussian, or a medium's optical depth along its longest axis.
+fn most_opacity(gaussian: Gaussian) -> f32 {
+    let longest = max(max(gaussian.sigma.x, gaussian.sigma.y), gaussian.sigma.z);
+    let of_medium = gaussian_looks[gaussian.material].density * longest * ROOT_TAU;
+    return gaussian.opacity * select(1.0, of_medium, is_medium(gaussian));
+}
+
+// Radius of a sphere around the Gaussian [m].
+fn gaussian_radius(gaussian: Gaussian, opacity: f32) -> f32 {
+    let longest = max(max(gaussian.sigma.x, gaussian.sigma.y), gaussian.sigma.z);
+    return longest * sqrt(reach_squared(opacity)) * RADIUS_SLACK;
+}
+
+fn packed_gaussian(gaussian: Gaussian, axes: u32) -> vec4<u32> {
+    let look = gaussian_looks[gaussian.material];
+    let levels = packed_color(gaussian.color, gaussian.material);
+    let scale = select(OPACITY_SCALE, look.density, is_medium(gaussian));
+    return vec4(
+        levels.r | (levels.g << 16u),
+        levels.b | (half_bits(gaussian.opacity * scale) << 16u),
+        gaussian.material | look.marks,
+        axes,
+    );
+}
+
+struct PackedAxes {
+    rotation: vec4<u32>,
+    sigma: vec4<u32>, // and the id
+}
+
+fn packed_axes(gaussian: Gaussian) -> PackedAxes {
+    let squared = dot(gaussian.rotation, gaussian.rotation);
+    let step = select(1.0, 1.5 - 0.5 * squared, abs(squared - 1.0) > UNIT_ROUNDING);
+    let unit = gaussian.rotation * step;
+    return PackedAxes(bitcast<vec4<u32>>(unit), vec4(bitcast<vec3<u32>>(gaussian.sigma), gaussian.id));
+}
 
 const NOT_UNIT: f32 = 2e-4; // largest error of a unit quaternion's squared length
 
-fn is_usable(gaussian: Gaussian) -> bool {
+fn is_usable_gaussian(gaussian: Gaussian) -> bool {
     if !is_of_set(gaussian.material) {
         return false;
     }
@@ -34,6 +82,9 @@ fn is_usable(gaussian: Gaussian) -> bool {
     return usable;
 }
 
+// load: Gaussians in the host's buffers -> records and axes as if they had been uploaded, and a box around
+// each group. One invocation per Gaussian, a workgroup per group. Invalid Gaussians are counted; valid ones
+// are compacted, in order.
 @compute @workgroup_size(CHUNK_SIZE)
 fn load_gaussians(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -52,7 +103,7 @@ fn load_gaussians(
     let is_there = index < caster_count();
     if is_there {
         gaussian = load_gaussian(index);
-        taken = is_usable(gaussian);
+        taken = is_usable_gaussian(gaussian);
     }
     if taken {
         opacity = most_opacity(gaussian);

@@ -5,9 +5,9 @@ import package::bind::changed::{brick_states, host_counters};
 import package::bind::stored::voxels;
 import package::bind::uniform::host_grid;
 import package::load::group::is_within;
-import package::load::pack_caster::half_bits;
+import package::load::load_casters::half_bits;
+import package::records::batch::workgroup_number;
 import package::records::brick::{SLOT_HEIGHT, SLOT_WIDTH};
-import package::records::dispatch::workgroup_number;
 import choice::loader::load_density;
 
 override WORKGROUP_SIZE: u32;

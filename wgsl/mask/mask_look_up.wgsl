@@ -1,23 +1,21 @@
 // mask, look up: the share of each light of some masks that reaches a pixel. One invocation per pixel and
 // group of masks. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
 
-import choice::aside::{aside, lay_aside, open_asides};
-import choice::joined::host_shadow;
 import package::bind::sampled::{mask_points, mask_surfaces};
 import package::bind::uniform::mask_params;
-import package::mask::mask_group::{MASKS, even_group, store_group};
-import package::mask::mask_pixel::shown_pixel;
+import package::mask::mask_group::{MASKS, even_group, shown_pixel, store_group};
 import package::records::light::{cluster_list, cluster_of, light_record, listed_index};
 import package::records::mask::{
-    JOINED_BIT, mask_slot, slot_channels, slot_mask, surface_depth, surface_offset, unpack_mask_point,
-    unpack_surface,
+    JOINED_BIT, mask_slot, pixel_number, slot_channels, slot_mask, surface_depth, surface_offset,
+    unpack_mask_point, unpack_surface,
 };
-import package::records::point::pixel_number;
 import package::shade::asides::{ASIDE_LOCAL, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;
 import package::shade::shadow::shadow;
 import package::shade::taps::set_turn;
+import choice::aside::{aside, lay_aside, open_asides};
+import choice::joined::host_shadow;
 
 // Laid aside: the pixel, and the share that passes of the first mask's lights.
 const ASIDE_TEXEL: u32 = ASIDE_LOCAL;

@@ -7,17 +7,19 @@ import package::bind::sampled::casters;
 import package::bind::stored::{footprints, setups};
 import package::bind::uniform::{materials, project_params, views};
 import package::features::PARALLEL;
-import package::project::conic::{Placed, gaussian_beside, gaussian_within, reach_squared};
-import package::project::outline_of::{has_outline, outline_of};
-import package::project::put::put;
-import package::records::caster::look_material;
-import package::records::color::{pack_color, unpack_color};
-import package::records::dispatch::workgroup_number;
-import package::records::gaussian::{GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL};
+import package::project::conic::{
+    Placed, gaussian_beside, gaussian_within, has_outline, outline_of, reach_squared,
+};
+import package::project::extent::put;
+import package::records::batch::workgroup_number;
+import package::records::caster::{
+    GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL, look_material,
+};
 import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
 import package::records::outline::{Outline, is_outlined, outlined_tiles};
+import package::records::pack::{pack_color, unpack_color};
 import package::records::record::{OPACITY_SCALE, record_texel};
-import package::records::tile_rect::{INVISIBLE, box_rect, depth_key, distance_key};
+import package::records::tile::{INVISIBLE, box_rect, depth_key, distance_key};
 
 override WORKGROUP_SIZE: u32;
 

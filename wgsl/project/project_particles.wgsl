@@ -7,22 +7,18 @@ import package::bind::stored::footprints;
 import package::bind::uniform::{materials, project_params, views};
 import package::features::{HAS_BRICKS, HAS_CAPSULES};
 import package::hit::capsule::capsule_setup;
-import package::project::brick_extent::brick_extent;
-import package::project::capsule_extent::{capsule_extent, capsule_tiles};
-import package::project::put::put;
-import package::project::tangents::tangents;
+import package::project::extent::{brick_extent, capsule_extent, capsule_tiles, put, tangents};
+import package::records::batch::workgroup_number;
 import package::records::brick::brick_of;
-import package::records::capsule::CAPSULE_MARK;
-import package::records::caster::look_material;
-import package::records::color::{pack_color, unpack_color};
-import package::records::dispatch::workgroup_number;
+import package::records::caster::{CAPSULE_MARK, look_material};
 import package::records::footprint::MIN_RADIUS;
 import package::records::material::{
     GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE,
     TRANSFER_OPAQUE,
 };
+import package::records::pack::{pack_color, unpack_color};
 import package::records::record::{OPACITY_SCALE, record_texel};
-import package::records::tile_rect::{INVISIBLE, SLACK, box_rect, depth_key, distance_key, tile_rect};
+import package::records::tile::{INVISIBLE, SLACK, box_rect, depth_key, distance_key, tile_rect};
 import package::records::view::{GpuView, MIN_DISTANCE};
 
 override WORKGROUP_SIZE: u32;

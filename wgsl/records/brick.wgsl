@@ -1,7 +1,7 @@
 // A brick of a grid, and the grid's values that all its bricks share, from `bricks`. Rust: `BrickRecord` and
 // `GridRecord` in src/records/brick.rs.
 
-import package::bind::sampled::{bricks, voxels};
+import package::bind::sampled::bricks;
 import package::records::record::record_texel;
 
 const BRICK_TEXELS: u32 = 2u;
@@ -50,34 +50,6 @@ fn grid_of(brick: Brick) -> Grid {
     let y = grid_texel(brick.grid, 1u);
     let z = grid_texel(brick.grid, 2u);
     return Grid(mat3x3(x.xyz, y.xyz, z.xyz), vec3(x.w, y.w, z.w), grid_extinction(brick.grid));
-}
-
-// Temperature of a brick at x, y, z of 0..=8 [K]; 0 for a brick without temperatures.
-fn temperature(brick: Brick, at: vec3<f32>) -> f32 {
-    let end = textureDimensions(voxels);
-    var slot = brick.first_texel + vec3(SLOT_WIDTH, 0u, 0u);
-    slot = select(slot, vec3(0u, slot.y + SLOT_HEIGHT, slot.z), slot.x >= end.x);
-    slot = select(slot, vec3(0u, 0u, slot.z + SLOT_HEIGHT), slot.y >= end.y);
-    let is_hot = brick.density < -1.5;
-    let cell = min(floor(at), vec3(BRICK_SIZE - 1.0));
-    let aside = at - cell;
-    let lower = select(vec3(0u), slot + vec3<u32>(cell), is_hot);
-    // A texel has four voxels: its own, and the next in y, in z and in both.
-    let four = mix(textureLoad(voxels, lower, 0), textureLoad(voxels, lower + vec3(1u, 0u, 0u), 0), aside.x);
-    let two = mix(four.xz, four.yw, aside.y);
-    return select(0.0, mix(two.x, two.y, aside.z), is_hot);
-}
-
-// Scattering and emission of a grid.
-struct GridLook {
-    anisotropy: f32, // `g` of its phase function
-    material: u32,
-    emission: f32,   // radiance of an opaque medium at 1500 K, in red
-}
-
-fn grid_look(grid: u32) -> GridLook {
-    let look = textureLoad(bricks, record_texel(grid + 6u), 0);
-    return GridLook(bitcast<f32>(look.x), look.y, bitcast<f32>(look.z));
 }
 
 // Lattices of the bricks of a grid, among those of all bricks.

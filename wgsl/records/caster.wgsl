@@ -1,7 +1,12 @@
-// A particle as uploaded: two texels of `casters`. Rust: `Caster` in src/records/caster.rs.
+// Casters as uploaded: records of `casters`. Rust: `Caster` in src/records/caster.rs,
+// src/records/gaussian.rs, src/records/capsule.rs.
 
-import package::bind::sampled::casters;
+import package::bind::sampled::{casters, setups};
+import package::features::{HAS_CAPSULES, HAS_GAUSSIANS, HAS_TRIANGLES};
+import package::records::footprint::{Footprint, caster_of, setup_of, setup_texel};
 import package::records::record::record_texel;
+
+// A particle as uploaded: two texels of `casters`.
 
 const CASTER_TEXELS: u32 = 2u;
 
@@ -26,4 +31,78 @@ fn caster_rotation(caster: u32) -> f32 {
 // Id of the particle's object.
 fn particle_object(caster: u32) -> u32 {
     return caster_look(caster).w;
+}
+
+// Gaussians as uploaded, behind the particles in `casters`, and projected to one view, at the start of
+// `setups`.
+
+const GAUSSIAN_TEXELS: u32 = 3u;
+const OUTLINE_TEXEL: u32 = 2u; // of a setup: the outline for `bin`
+const NEUTRAL_BIT: u32 = 0x10000u; // of a look: black in shadow views
+const MEDIUM_BIT: u32 = 0x20000u;  // of a look: alpha is an extinction
+const GAUSSIAN_MARK: u32 = 0xffffu; // in place of a footprint's base opacity
+
+// With u = (whitening.x delta.x + whitening.y delta.y, whitening.z delta.y) and delta from the centre
+// [texels], the ray's least distance from the centre in the Gaussian's own space is q^2 = |u|^2 / (e^2 +
+// spread |u|^2), where e = 1 + tilt . u; in an orthographic view, q^2 = |u|^2.
+struct GaussianSetup {
+    whitening: vec3<f32>, // [1/texels]
+    spread: f32,
+    tilt: vec2<f32>,
+    color: vec2<u32>, // colour, unorm16, and thinness, f16
+}
+
+fn is_gaussian(footprint: Footprint) -> bool {
+    return (footprint.look.z & 0xffffu) == GAUSSIAN_MARK;
+}
+
+fn gaussian_setup(footprint: Footprint) -> GaussianSetup {
+    let at = footprint.look.x * GAUSSIAN_TEXELS;
+    let a = bitcast<vec4<f32>>(textureLoad(setups, record_texel(at), 0));
+    let b = textureLoad(setups, record_texel(at + 1u), 0);
+    return GaussianSetup(a.xyz, a.w, bitcast<vec2<f32>>(b.xy), b.zw);
+}
+
+// Opacity of a splat at its centre, or a medium's extinction there times the root of 2 pi [1/m].
+fn gaussian_amplitude(footprint: Footprint) -> f32 {
+    return bitcast<f32>(footprint.look.y);
+}
+
+// Capsules of strands as uploaded, behind the Gaussians' axes in `casters`.
+
+const CAPSULE_MARK: u32 = 0xfffeu; // in place of a footprint's base opacity
+
+struct Capsule {
+    first: vec3<f32>, // ends, world space [m]
+    last: vec3<f32>,
+    radii: vec2<f32>, // [m]
+    first_plane: vec3<f32>, // unit normals of the planes through the ends, from the first to the last
+    last_plane: vec3<f32>,
+}
+
+fn is_capsule(footprint: Footprint) -> bool {
+    return (footprint.look.z & 0xffffu) == CAPSULE_MARK;
+}
+
+// `record`: of the capsule, stated by its particle's id.
+fn capsule_of(record: u32) -> Capsule {
+    let at = CASTER_TEXELS * record;
+    let first = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at), 0));
+    let first_plane = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 1u), 0));
+    let last = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 2u), 0));
+    let last_plane = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 3u), 0));
+    return Capsule(first.xyz, last.xyz, vec2(first.w, last.w), first_plane.xyz, last_plane.xyz);
+}
+
+// Id of the object that a footprint belongs to.
+fn object_of(footprint: Footprint) -> u32 {
+    if HAS_TRIANGLES && footprint.is_triangle {
+        return setup_texel(setup_of(footprint), 6u).w;
+    }
+    if (HAS_GAUSSIANS && is_gaussian(footprint)) || (HAS_CAPSULES && is_capsule(footprint)) {
+        // The further record of a Gaussian or capsule begins like a particle's, with the id at the same
+        // offset.
+        return particle_object(particle_object(caster_of(footprint)));
+    }
+    return particle_object(caster_of(footprint));
 }

@@ -1,5 +1,7 @@
 // Emitters and their particles. Rust: the same names in src/records/emitter.rs.
 
+import package::bind::uniform::emitter_params;
+
 struct EmitterParams {
     position: vec3<f32>,  // [m]
     seed: u32,
@@ -66,3 +68,9 @@ const EMITTER_DISC: u32 = 3u;
 const STEPS_AT_ONCE: u32 = 8u;
 const STEPS_PER_SECOND: f32 = 60.0;
 const STEP_SECONDS: f32 = 0.016666668;
+
+// Number of an emitter's particles that have started before one of the steps of a dispatch, or after the
+// last.
+fn started_before(step: u32) -> u32 {
+    return emitter_params.started[step / 4u][step % 4u];
+}

@@ -1,9 +1,11 @@
 // Footprint of a caster in a view, written by `project`: two texels of `footprints`. Rust: `Footprint` in
-// src/records/footprint.rs.
+// src/records/footprint.rs, src/records/triangle.rs.
 
-import package::records::color::unpack_color;
-import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
-import package::records::tile_rect::INVISIBLE;
+import package::bind::sampled::{footprints, setups};
+import package::features::SETUPS_IN_ORDER;
+import package::records::pack::unpack_color;
+import package::records::record::{FOOTPRINT_TEXELS, OPACITY_SCALE, TRIANGLE_BIT, record_texel};
+import package::records::tile::INVISIBLE;
 
 // Projected radius below which a particle is enlarged and thinned, and a strand widened [texels].
 const MIN_RADIUS: f32 = 0.70710678;
@@ -58,4 +60,27 @@ fn key_depth(key: u32) -> f32 {
 
 fn front_depth(footprint: Footprint) -> f32 {
     return key_depth(footprint_key(footprint));
+}
+
+// Footprints from `footprints`.
+fn load_footprint(id: u32) -> Footprint {
+    let at = id * FOOTPRINT_TEXELS;
+    var footprint = footprint_of(
+        textureLoad(footprints, record_texel(at), 0),
+        textureLoad(footprints, record_texel(at + 1u), 0),
+    );
+    if SETUPS_IN_ORDER {
+        // A setup can then be loaded without waiting for the footprint.
+        footprint.look.x = id;
+    }
+    return footprint;
+}
+
+// Triangle setup, written by `project`: a record of `setups`.
+
+const BACK_BIT: u32 = 8u; // flag of a setup's ties: clockwise as seen from the light
+const SETUP_TEXELS: u32 = 8u;
+
+fn setup_texel(setup: u32, texel: u32) -> vec4<u32> {
+    return textureLoad(setups, record_texel(setup * SETUP_TEXELS + texel), 0);
 }

@@ -3,7 +3,6 @@
 
 import package::bind::sampled::{clusters, lights};
 import package::bind::uniform::picture_params;
-import package::records::cluster::ALL_LIGHTS;
 import package::records::record::record_texel;
 import package::records::view::GpuView;
 
@@ -170,3 +169,15 @@ fn listed_index(list: LightList, i: u32) -> u32 {
     }
     return index;
 }
+
+// A batch of points that are evaluated together. Rust: crates/gobo-picture/src/stage/shade.rs.
+struct PointBatch {
+    first: u32,       // first entry of the list; without a list the first point of `lit`, or the first caster
+    count: u32,       // of answers without a list
+    has_normals: u32, // 1 if the host's points have normals, else 0
+    list: u32,        // *_LIST
+    grid: u32,        // of points in bricks: first texel of their grid's record
+    own_shadow: u32,  // 1 where the voxels of their own brick shadow them
+}
+
+const ALL_LIGHTS: u32 = 0xffffffffu; // for a list that did not fit

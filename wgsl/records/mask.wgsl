@@ -2,7 +2,7 @@
 // src/records/mask.rs.
 
 import package::bind::sampled::mask_slots;
-import package::records::octahedral::{from_octahedral, octahedral};
+import package::records::pack::{from_octahedral, octahedral};
 import package::records::record::record_texel;
 
 // Rust: `MaskParams` in src/records/mask.rs.
@@ -124,4 +124,9 @@ fn slot_mask(slot: u32) -> u32 {
 fn slot_channels(slot: u32) -> vec4<bool> {
     let in_texel = slot_number(slot) % SLOTS;
     return (vec4(in_texel) == vec4(0u, 1u, 2u, 3u)) | vec4((slot & COLORED_BIT) != 0u);
+}
+
+fn pixel_number(pixel: vec2<f32>) -> u32 {
+    let texel = vec2<u32>(pixel);
+    return texel.x | (texel.y << 16u);
 }

@@ -3,9 +3,9 @@
 // lean v -+ width sqrt(1 - v^2). A unit is a tile's edge halved `shift` times. Rust: src/records/outline.rs.
 
 import package::bind::sampled::setups;
-import package::records::gaussian::{GAUSSIAN_TEXELS, OUTLINE_TEXEL};
+import package::records::caster::{GAUSSIAN_TEXELS, OUTLINE_TEXEL};
 import package::records::record::record_texel;
-import package::records::tile_rect::WHOLE;
+import package::records::tile::WHOLE;
 
 // Rounding of the stored and evaluated numbers, besides the slack of a texel [units].
 const OUTLINE_ROUNDING: i32 = 4;

@@ -19,3 +19,19 @@ fn bits_of(xyz: vec3<f32>, w: f32) -> vec4<u32> {
 fn floats_of(bits: vec4<u32>) -> vec4<f32> {
     return bitcast<vec4<f32>>(bits);
 }
+
+// Values laid aside, in registers.
+
+var<private> asides: array<vec4<u32>, ASIDE_COUNT>;
+
+fn open_asides(lane: u32) {}
+
+fn forget_asides(any: u32) {}
+
+fn lay_aside(slot: u32, value: vec4<u32>) {
+    asides[slot] = value;
+}
+
+fn aside(slot: u32) -> vec4<u32> {
+    return asides[slot];
+}

@@ -1,15 +1,14 @@
 // The receiver of a look-up, which `shadow` lays aside for each view.
 
-import choice::aside::aside;
 import package::features::HAS_FILTERS;
 import package::records::area::has_area;
 import package::records::light::{GpuLight, TEXELS_BIT};
 import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
 import package::shade::asides::{ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, floats_of};
-import package::shade::receiver::receives;
+import package::shade::receiver::{receives, set_plane};
 import package::shade::taps::{FILTER_BOX, beyond_spline, filter_of};
-import package::shade::tint::set_plane;
+import choice::aside::aside;
 
 // The receiver's plane in a view.
 fn set_own_plane(view: GpuView) {

@@ -5,12 +5,11 @@ import package::bind::sampled::{curves, filters, nearests, opaques};
 import package::bind::uniform::picture_params;
 import package::curve::node::{DEPTHS, curve_layer, node_length, node_passed, node_start};
 import package::features::NODES;
-import package::shade::fade::{Fade, fade_between, share_before};
-import package::shade::receiver::is_solid;
+import package::shade::level_light::{Fade, fade_between, share_before};
+import package::shade::receiver::{TOUCH, is_solid};
 import package::shade::spot::{
     LEAST_SQUARE, receiver_end, spot_at, spot_bias, spot_center, spot_shape, spot_shear, spot_view, turned,
 };
-import package::shade::tint::TOUCH;
 
 // Light of the texels in the widest spot.
 struct NearLight {

@@ -3,8 +3,7 @@
 import package::curve::node::{node_start, quick_length, quick_passed};
 import package::records::area::{block_nodes, block_number, level_map};
 import package::records::view::GpuView;
-import package::shade::fade::{Fade, fade_between, share_before};
-import package::shade::level_light::{NEVER, pairs_before};
+import package::shade::level_light::{Fade, NEVER, fade_between, pairs_before, share_before};
 import package::shade::spot::{receiver_end, slack_within, spot_center};
 
 // Least light of a lit block.

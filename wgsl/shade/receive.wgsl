@@ -2,16 +2,14 @@
 // crates/gobo-reference/src/shading/receive.rs.
 
 import package::bind::sampled::{filters, nearests};
-import package::curve::light::curve_light;
+import package::curve::node::curve_light;
 import package::features::NODES;
 import package::records::light::GpuLight;
 import package::records::material::{RECEIVES_CURVE, RECEIVES_OPAQUE, RECEIVES_OTHERS};
 import package::records::view::GpuView;
 import package::shade::lifted::{Lifted, set_own_plane};
-import package::shade::receiver::{is_tinted, receives};
-import package::shade::solid_depths::solid_depths;
+import package::shade::receiver::{is_tinted, receives, solid_depths, tint_depth};
 import package::shade::taps::{filter_of, filter_tap, map_taps, next_rotation, pixel_rotation};
-import package::shade::tint::tint_depth;
 
 // Light through one texel at light depth z, by the rules of the receiver. Texels outside the view's map are
 // clamped to its border. `biases`: for opaque surfaces and for translucent casters [light depth].
@@ -56,4 +54,9 @@ fn receive(light: GpuLight, view: GpuView, lifted: Lifted) -> vec3<f32> {
         }
     }
     return select(vec3(1.0), sum, taps.reaches);
+}
+
+// Look-up for point lights only: area lights give no penumbrae.
+fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> vec3<f32> {
+    return receive(light, view, lifted);
 }

@@ -2,7 +2,7 @@
 // Otherwise a floor that rises towards the light would occlude itself.
 
 import package::records::view::GpuView;
-import package::shade::solid_depths::solid_depths;
+import package::shade::receiver::solid_depths;
 
 // Distance from the point to the first texels read [texels]; where they see something in front of the
 // surface, farther texels are read.

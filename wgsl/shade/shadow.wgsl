@@ -1,7 +1,5 @@
 // Light past the shadows of a light. CPU reference: crates/gobo-reference/src/shading/receive.rs.
 
-import choice::aside::{aside, lay_aside};
-import choice::source::receive_light;
 import package::records::light::{
     GpuLight, VIEWPOINTS_MASK, VIEWPOINTS_SHIFT, light_record, shadow_role, shadow_view,
 };
@@ -12,6 +10,8 @@ import package::shade::asides::{
 import package::shade::incoming::cube_face;
 import package::shade::lifted::{Lifted, lift, lifted_point};
 import package::shade::taps::{SPLINE_REACH, beyond_spline};
+import choice::aside::{aside, lay_aside};
+import choice::source::receive_light;
 
 // Least cosine of a slope: 86 degrees.
 const MIN_INCIDENCE: f32 = 0.0625;

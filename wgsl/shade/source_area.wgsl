@@ -1,6 +1,8 @@
 // Transmittance from an area light to a point: through the levels of a map, and through the map itself.
 
-import choice::aside::{aside, forget_asides, lay_aside};
+import package::bind::sampled::{filters, nearests};
+import package::curve::node::{DEPTHS, curve_light};
+import package::features::NODES;
 import package::records::light::{GpuLight, shadow_view};
 import package::records::view::GpuView;
 import package::shade::asides::{ASIDE_HIDDEN, ASIDE_PASSED, ASIDE_VIEWS, bits_of, floats_of};
@@ -9,11 +11,11 @@ import package::shade::lifted::{Lifted, is_soft};
 import package::shade::near_spot::{before_taken, evaluate_map, near_light};
 import package::shade::nearest_lit::nearest_lit;
 import package::shade::receive::receive;
-import package::shade::spot::{FADE, WIDEST, spot_at, spot_view};
-import package::shade::through_levels::{
-    Leveled, MIN, TOUCH_BIT, colored_share, relied_on, through_levels,
-};
-import package::shade::touching::touching_light;
+import package::shade::receiver::TOUCH;
+import package::shade::spot::{FADE, WIDEST, receiver_end, spot_at, spot_bias, spot_center, spot_view};
+import package::shade::taps::spline;
+import package::shade::through_levels::{Leveled, MIN, TOUCH_BIT, colored_share, relied_on, through_levels};
+import choice::aside::{aside, forget_asides, lay_aside};
 
 fn receive_light(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> vec3<f32> {
     if is_soft(light) {
@@ -58,4 +60,57 @@ fn through_map(leveled: Leveled) -> vec3<f32> {
     let touching = touching_light(aside(ASIDE_HIDDEN).w != 0u);
     forget_asides(first);
     return floats_of(aside(ASIDE_PASSED)).xyz * touching;
+}
+
+// Light past filters alone that meet an opaque receiver's plane within its bias.
+
+// Least light to divide by.
+const MIN_LIGHT: f32 = 1e-4;
+// Rounding of depths along a plane that faces the light, in steps of a curve's depths.
+const PLANE_ROUNDING: f32 = 0.0625;
+
+// A filter that crosses the plane is behind a part of it. Texels where the plane is nearer than the point and
+// the others are averaged apart, and the darker mean counts: all texels of one side see a filter before the
+// point, and none of the nearer side see one behind it.
+fn touching_light(is_asked: bool) -> vec3<f32> {
+    let own = receiver_end(spot_center, 0.0);
+    let touch = spot_bias * (1.0 + TOUCH);
+    let middle = floor(spot_center);
+    let weights_x = spline(spot_center.x - middle.x - 0.5);
+    let weights_y = spline(spot_center.y - middle.y - 0.5);
+    // Light, and weight.
+    var nearer = vec4(0.0);
+    var deeper = vec4(0.0);
+    var i = 0u;
+    let count = select(0u, 9u, is_asked);
+    if count > 0u {
+        loop {
+            let step = vec2(i % 3u, i / 3u);
+            let texel = middle + vec2<f32>(step) - 1.0;
+            let at = spot_view.origin + vec2<u32>(clamp(texel, vec2(0.0), spot_view.size - 1.0));
+            let end = receiver_end(texel + 0.5, 0.0);
+            let last = min(end, own) + touch;
+            var light = vec3(1.0);
+            if NODES > 0u {
+                let before = curve_light(spot_view, at, own / DEPTHS);
+                let behind = curve_light(spot_view, at, last / DEPTHS);
+                light = select(vec3(1.0), behind / max(before, vec3(MIN_LIGHT)), before > vec3(MIN_LIGHT));
+            } else {
+                let depth = textureLoad(nearests, at, spot_view.layer, 0).r * DEPTHS;
+                let is_between = depth >= own && depth < min(last, DEPTHS);
+                light = select(light, textureLoad(filters, at, spot_view.layer, 0).rgb, is_between);
+            }
+            let weighted = vec4(light, 1.0) * (weights_x[step.x] * weights_y[step.y]);
+            let is_deep = end + PLANE_ROUNDING >= own;
+            nearer += select(weighted, vec4(0.0), is_deep);
+            deeper += select(vec4(0.0), weighted, is_deep);
+            i += 1u;
+            if i >= count {
+                break;
+            }
+        }
+    }
+    let a = select(vec3(1.0), nearer.xyz / max(nearer.w, MIN_LIGHT), nearer.w > MIN_LIGHT);
+    let b = select(vec3(1.0), deeper.xyz / max(deeper.w, MIN_LIGHT), deeper.w > MIN_LIGHT);
+    return select(a, b, b.x + b.y + b.z < a.x + a.y + a.z);
 }

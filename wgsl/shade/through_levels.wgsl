@@ -1,14 +1,11 @@
 // Soft shadow of an area light by percentage-closer soft shadows (Fernando 2005) on the prefiltered levels of
 // a map: from the light on, from the widest spots to the sharpest. Truth: tests/common/area_truth.rs.
 
-import choice::aside::{aside, forget_asides, lay_aside};
 import package::curve::node::DEPTHS;
 import package::records::area::{area_of, level_map, leveled_view};
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
-import package::shade::asides::{
-    ASIDE_HIDDEN, ASIDE_NORMAL, ASIDE_PASSED, ASIDE_POINT, bits_of, floats_of,
-};
+import package::shade::asides::{ASIDE_HIDDEN, ASIDE_NORMAL, ASIDE_PASSED, ASIDE_POINT, bits_of, floats_of};
 import package::shade::level_light::{
     NEVER, evaluate_level, least_open, level_light, next_occluder, search_rows,
 };
@@ -17,6 +14,7 @@ import package::shade::receiver::is_solid;
 import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, receiver_end, set_spot, spot_at, spot_center};
 import package::shade::taps::map_taps;
 import package::sums::sums::blackened;
+import choice::aside::{aside, forget_asides, lay_aside};
 
 // Weight of a level's result, per light before the level, up to 1.
 const EVIDENCE: f32 = 300.0;

@@ -4,7 +4,7 @@
 import package::bind::read::emitted;
 import package::bind::uniform::emission_params;
 import package::hit::hash::{pcg, unit_float};
-import package::load::pack_caster::TURN;
+import package::load::load_casters::TURN;
 import package::records::emitter::STEP_SECONDS;
 import package::records::host::Caster;
 

@@ -2,7 +2,7 @@
 
 import package::bind::sampled::{filters, nearests, opaques};
 import package::bind::stored::{soft_filters, soft_nearests, soft_opaques};
-import package::records::opaque_depth::is_dithered;
+import package::records::texel::is_dithered;
 import package::records::view::GpuView;
 import package::soften::run::{EMPTY_RUN, Run, add_run, load_run, opaque_depths};
 

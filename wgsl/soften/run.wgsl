@@ -4,7 +4,7 @@
 import package::bind::sampled::{colored, rows};
 import package::bind::uniform::soften_params;
 import package::features::NODES;
-import package::records::opaque_depth::is_dithered;
+import package::records::texel::is_dithered;
 import package::records::view::GpuView;
 
 override COLORED: bool = false; // whether opaque depths are per channel

@@ -6,10 +6,10 @@
 import package::bind::loaded::pairs;
 import package::bind::uniform::sort_pass;
 import package::features::WIDE;
-import package::scan::agreed::agreed;
+import package::scan::prefix::agreed;
 import package::sort::sort::texel_from_pair;
 import package::sort::wide::{ROUNDS, Share, TEAMS, WORKGROUP_SIZE, half_of, held, ranked, ranked_word, ranks};
-import package::traversal::subgroup_block::first_lane;
+import package::traversal::lane::first_lane;
 
 const TEAM_SIZE: u32 = WORKGROUP_SIZE / TEAMS;
 const MAX_BITS: u32 = 8u; // of a digit

@@ -1,7 +1,9 @@
-// Code that all sort kernels share. Rust: `SortPass` in src/stage/sort/mod.rs.
+// Code that all sort kernels share. Rust: src/stage/sort/mod.rs.
 
 import package::bind::read::counts;
 import package::bind::uniform::sort_pass;
+import package::bind::updated::histograms;
+import package::sort::serial::{WORKGROUP_SIZE, ceil_div, run_length};
 
 const PAIR_ROW: u32 = 4096u;  // pairs per texture row [texels]
 const TOTAL_ROW: u32 = 256u;  // histogram row with the totals of the digits
@@ -19,4 +21,21 @@ fn pair_count() -> u32 {
 
 fn texel_from_pair(pair_id: u32) -> vec2<u32> {
     return vec2(pair_id % PAIR_ROW, pair_id / PAIR_ROW);
+}
+
+// sort_serial_scan: counts of runs -> pairs with the same digit in earlier runs, and the digit's total. One
+// invocation per digit.
+@compute @workgroup_size(WORKGROUP_SIZE)
+fn sort_serial_scan(@builtin(global_invocation_id) id: vec3<u32>) {
+    let count = pair_count();
+    let run_count = ceil_div(count, run_length(count));
+    let digit = id.x;
+    var total = 0u;
+    for (var run = 0u; run < run_count; run += 1u) {
+        let at = vec2(run, digit);
+        let in_run = textureLoad(histograms, at).x;
+        textureStore(histograms, at, vec4(total, 0u, 0u, 0u));
+        total += in_run;
+    }
+    textureStore(histograms, vec2(digit, TOTAL_ROW), vec4(total, 0u, 0u, 0u));
 }

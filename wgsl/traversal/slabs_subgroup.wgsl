@@ -6,18 +6,18 @@
 // so insertion into the curves is outside the loop that visits, rare work has loops of its own, and loops
 // test at their end whether to go on.
 
-import package::curve::behind::{find_steps, has_casters, open_behind, steps_behind};
 import package::curve::gather::{flush, merge, settled};
 import package::curve::list::must_merge;
-import package::curve::slab::{Slab, first_slab, is_within, next_slab};
+import package::curve::slab::{
+    Slab, find_steps, first_slab, has_casters, is_within, next_slab, open_behind, steps_behind,
+};
 import package::features::{HAS_PARTICLES, HAS_VOLUMES};
-import package::records::footprint::{footprint_key, key_depth};
-import package::records::footprint_loaded::load_footprint;
+import package::records::footprint::{footprint_key, key_depth, load_footprint};
 import package::records::view::GpuView;
-import package::traversal::kinds::kinds_apart;
-import package::traversal::subgroup_block::{
+import package::traversal::lane::{
     ALL_LANES, Block, block_high, block_low, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
+import package::traversal::lane_caster::kinds_apart;
 import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches};
 import choice::pairs::pair_footprint;
 import choice::visit::{is_whole, visit_lane};

@@ -1,15 +1,15 @@
 // Walks a tile's pairs front to back, a slab at a time; every invocation visits every pair. The
 // core tier, without subgroups. CPU reference: crates/gobo-reference/src/curve/tile.rs, `walk`.
 
-import package::curve::behind::{find_steps, has_casters, open_behind, steps_behind};
 import package::curve::gather::{flush, merge, settled};
 import package::curve::list::must_merge;
-import package::curve::slab::{Slab, first_slab, is_within, next_slab};
+import package::curve::slab::{
+    Slab, find_steps, first_slab, has_casters, is_within, next_slab, open_behind, steps_behind,
+};
 import package::features::{HAS_PARTICLES, HAS_VOLUMES};
-import package::records::footprint::{footprint_key, key_depth};
-import package::records::footprint_loaded::load_footprint;
+import package::records::footprint::{footprint_key, key_depth, load_footprint};
 import package::records::view::GpuView;
-import package::traversal::kinds::{kinds_apart, visited};
+import package::traversal::lane_caster::{kinds_apart, visited};
 import choice::pairs::pair_footprint;
 import choice::visit::{is_whole, visit};
 

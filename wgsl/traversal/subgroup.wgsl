@@ -3,15 +3,14 @@
 // `settled` ends the walk.
 
 import package::features::HAS_PARTICLES;
-import package::records::footprint::{footprint_key, key_depth};
-import package::records::footprint_loaded::load_footprint;
+import package::records::footprint::{footprint_key, key_depth, load_footprint};
 import package::records::view::GpuView;
-import package::traversal::kinds::kinds_apart;
-import package::traversal::subgroup_block::{
+import package::traversal::lane::{
     ALL_LANES, Block, block_high, block_low, first_lane, has_lane, has_lanes, subgroup_block, without_first,
 };
-import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches, visit_lane};
+import package::traversal::lane_caster::kinds_apart;
 import choice::accumulator::settled;
+import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches, visit_lane};
 import choice::pairs::pair_footprint;
 
 // Pairs that wait for their visit, one per lane.

@@ -2,10 +2,9 @@
 // The accumulator's `settled` ends the walk.
 
 import package::features::HAS_PARTICLES;
-import package::records::footprint::front_depth;
-import package::records::footprint_loaded::load_footprint;
+import package::records::footprint::{front_depth, load_footprint};
 import package::records::view::GpuView;
-import package::traversal::kinds::{kinds_apart, visited};
+import package::traversal::lane_caster::{kinds_apart, visited};
 import choice::accumulator::{settled, visit};
 import choice::pairs::pair_footprint;
 

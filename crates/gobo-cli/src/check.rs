@@ -4,7 +4,7 @@ use std::path::Path;
 
 pub(crate) fn run(path: &Path) -> Result<(), Failure> {
     let scene = gobo_scene::check(path)?;
-    if let Some(warning) = scene.rounding_warning() {
+    if let Some(warning) = gobo_scene::rounding_warning(&scene) {
         tracing::warn!("{warning}");
     }
     files::warn(&scene.notes);

@@ -4,10 +4,11 @@ use super::failure::Failure;
 use gobo::{
     gpu::Backend,
     model::{Strand, View},
-    records::{FormerSlots, MaskSlots, air_columns},
+    records::{FormerSlots, MaskSlots},
     view::{atlas::AtlasLimits, picture_views},
 };
 use gobo_reference::mask::SeenSurface;
+use gobo_reference::records::air_columns;
 use gobo_scene::Scene;
 
 /// Memory that a command needs for a scene, besides its casters.

@@ -10,7 +10,10 @@ use super::{
 use gobo::glam::Vec3;
 use gobo_picture::set_to_relight;
 use gobo_scene as scene;
-use gobo_scene::splats::{self, Harmonics, SplatCloud};
+use gobo_scene::{
+    Relit,
+    splats::{self, Harmonics},
+};
 use std::path::Path;
 
 /// Format of the written file of splats.
@@ -55,7 +58,7 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
     curves::warn_before(&scene);
     let shares = renderer.relight(&scene, lit)?;
     let mut colors: Vec<Vec3> = cloud.splats.iter().map(|splat| splat.color).collect();
-    let mut harmonics = harmonics_of(&arguments.splats, cloud)?;
+    let mut harmonics = harmonics_of(&arguments.splats, &relit)?;
     let mut missing = vec![true; colors.len()];
     for (gaussian, share) in lit.iter().zip(shares) {
         let i = relit.index_of(gaussian);
@@ -80,14 +83,15 @@ pub(crate) fn run(arguments: &RelightArguments) -> Result<(), Failure> {
 }
 
 /// Higher harmonics of the splats of a file, in their order.
-fn harmonics_of(path: &Path, cloud: &SplatCloud) -> Result<Harmonics, Failure> {
+fn harmonics_of(path: &Path, relit: &Relit) -> Result<Harmonics, Failure> {
+    let cloud = &relit.cloud;
     if cloud.harmonics == 0 {
         return Ok(Harmonics::default());
     }
-    let Some(stored) = scene::load_harmonics(path)? else {
+    let Some(stored) = relit.harmonics(path)? else {
         tracing::warn!(
-            "{}: harmonics of splats of this kind are not written: the colours of the output are \
-             the same from all sides; convert the file to .ply to keep them",
+            "{}: harmonics of splats that nodes rotate or mirror are not written: the colours of \
+             the output are the same from all sides; convert the file to .ply to keep them",
             path.display()
         );
         return Ok(Harmonics::default());

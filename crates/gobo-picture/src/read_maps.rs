@@ -1,11 +1,11 @@
 //! Reading of maps from a device.
 use super::RenderOptions;
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 use gobo::{
     Error,
     gpu::Gpu,
     model::View,
-    records::{CausticTexel, CurveMap, NO_OWNER, PackedNode, ViewMaps, stored_tag},
+    records::{CausticTexel, CurveMap, NO_OWNER, PackedNode, ViewMaps, curve::packed, stored_tag},
     shadows::{Caustics, Maps},
     view::atlas::MapSlot,
 };
@@ -122,6 +122,9 @@ impl DeviceCurves {
         let (nodes, pairs) = (self.nodes as usize, self.nodes / 2);
         let most = (MOST / (size.x * self.nodes)).clamp(1, size.y);
         let mut curve = self.empty();
+        let unused = packed(0, 0.0, Vec3::ONE, self.gain);
+        // Tiles without a caster may be zeros.
+        let used = |node: PackedNode| if node == PackedNode::default() { unused } else { node };
         for y in (0..size.y).step_by(most as usize) {
             let height = most.min(size.y - y);
             let (x, y, z) = (slot.origin.x, slot.origin.y + y, slot.layer * pairs);
@@ -135,7 +138,7 @@ impl DeviceCurves {
                     let twos = line.as_chunks_mut::<2>().0.chunks_exact_mut(pairs as usize);
                     for (x, twos) in twos.enumerate() {
                         for (pair, two) in twos.iter_mut().enumerate() {
-                            *two = rows[pair * height as usize + y][x];
+                            *two = rows[pair * height as usize + y][x].map(used);
                         }
                     }
                 });

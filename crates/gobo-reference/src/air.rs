@@ -1,13 +1,11 @@
 //! CPU reference of `wgsl/shade/air_*.wgsl` and `crates/gobo-picture/wgsl/shade/air.wgsl`: single scattering
 //! towards the eye, as a volume of columns of pixels and slices of depth.
 use super::{caster_hit::metres_per_depth, shading::Lighting, threads::each};
+use crate::records::{AIR_CELL, AirParams, air_columns};
 use glam::{Mat4, UVec2, Vec2, Vec3};
 use gobo::{
     model::within_pixel,
-    records::{
-        AIR_CELL, AirParams, GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT,
-        air_columns,
-    },
+    records::{GpuLight, GpuView, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT},
 };
 use std::f32::consts::FRAC_1_PI;
 

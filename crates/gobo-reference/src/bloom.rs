@@ -1,7 +1,7 @@
 //! CPU reference of `wgsl/bloom/*.wgsl`: a share of the light spreads to its surroundings (Jimenez 2014,
 //! "Next Generation Post Processing in Call of Duty").
+use crate::records::bloom_sizes;
 use glam::{IVec2, UVec2, Vec3};
-use gobo::records::bloom_sizes;
 
 /// Weight of the coarser levels.
 pub const BLOOM_SPREAD: f32 = 0.7;

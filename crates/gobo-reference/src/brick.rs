@@ -1,5 +1,5 @@
 //! CPU reference of `wgsl/hit/brick.wgsl`: the part of a ray inside a brick of voxels, and its optical depth;
-//! and of `wgsl/project/brick_extent.wgsl`.
+//! and of `wgsl/project/extent.wgsl`.
 use super::brick_light::{Lattice, Thirds};
 use super::curve::taken::Taken;
 use glam::{BVec3, Mat3, UVec3, Vec2, Vec3, Vec3Swizzles as _, Vec4Swizzles as _};
@@ -285,7 +285,7 @@ fn mix(a: f32, b: f32, part: f32) -> f32 {
     a + (b - a) * part
 }
 
-/// Extent of a brick's box in a view. WGSL: `wgsl/project/brick_extent.wgsl`.
+/// Extent of a brick's box in a view. WGSL: `wgsl/project/extent.wgsl`.
 pub(super) struct BrickExtent {
     /// Box in the map \[texels\].
     pub min: Vec2,

@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/hit/brick_light.wgsl` and `crates/gobo-picture/wgsl/shade/shade_bricks.wgsl`: light
-//! that a brick sends along a ray to the eye.
+//! CPU reference of `wgsl/hit/brick_light.wgsl` and `crates/gobo-picture/wgsl/shade/shade_casters.wgsl`:
+//! light that a brick sends along a ray to the eye.
 use glam::{UVec3, Vec2, Vec3};
 use gobo::records::{BrickRecord, Bricks, GpuView};
 

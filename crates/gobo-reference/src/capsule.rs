@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/hit/capsule.wgsl` and `wgsl/project/capsule_extent.wgsl`: segments of strands.
+//! CPU reference of `wgsl/hit/capsule.wgsl` and `wgsl/project/extent.wgsl`: segments of strands.
 //!
 //! A capsule is the part of a cone between two planes. Along a ray inside it, opacity accumulates with the
 //! length in local diameters, `s = integral of dl / (2 r)`: `T = (1 - a (1 - c))^s`, so that a ray straight

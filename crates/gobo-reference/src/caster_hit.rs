@@ -378,7 +378,7 @@ impl<'a> Target<'a> {
 }
 
 /// Distance from the centre along either axis beyond which a footprint touches no texel \[texels\]; `shape`:
-/// of a particle. CPU reference of `wgsl/hit/reach.wgsl`.
+/// of a particle. CPU reference of `wgsl/traversal/lane_caster.wgsl`.
 fn reach(view: &GpuView, footprint: &Footprint, shape: Option<Shape>) -> f32 {
     let Some(shape) = shape else { return footprint.radius };
     if footprint.beside().is_some() {

@@ -1,6 +1,7 @@
 //! CPU reference of `wgsl/cluster/cluster_*.wgsl`: the lights that may reach each cluster.
+use crate::records::{ClusterCounters, ClusterGrid};
 use glam::{IVec3, Vec3};
-use gobo::records::{ClusterCounters, ClusterGrid, Reach, UNIT};
+use gobo::records::{Reach, UNIT};
 
 /// Light lists of a grid's clusters.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -6,10 +6,11 @@ use super::{
     project::ProjectParams,
     tile::Tile,
 };
+use crate::records::air_columns;
 use glam::UVec2;
 use gobo::{
     model::{Casters, Class, Scene, ShadowFilter, Shape, View},
-    records::{TRIANGLE_BIT, air_columns},
+    records::TRIANGLE_BIT,
 };
 
 /// Casters of a kind in the sample; it stands for the others.

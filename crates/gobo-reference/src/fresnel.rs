@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/hit/fresnel.wgsl`: transmittance of faces and panes of glass.
+//! CPU reference of `wgsl/hit/hit.wgsl`: transmittance of faces and panes of glass.
 use glam::{Vec2, Vec3};
 use gobo::records::{GpuView, from_octahedral};
 

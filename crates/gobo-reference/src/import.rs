@@ -1,4 +1,4 @@
-//! import: the host's depth to light depth. WGSL: `wgsl/import/import_depths.wgsl`.
+//! import: the host's depth to light depth. WGSL: `wgsl/import/import.wgsl`.
 use glam::{UVec2, Vec2, Vec4, Vec4Swizzles as _};
 use gobo::records::ImportParams;
 

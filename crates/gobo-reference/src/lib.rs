@@ -32,6 +32,7 @@ pub mod outline;
 pub mod project;
 mod puff;
 pub mod receive;
+pub mod records;
 pub mod refraction;
 pub mod resolve;
 mod shade;

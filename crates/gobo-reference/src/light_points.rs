@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/shade/output_shares.wgsl`: share of each light that reaches the host's points.
+//! CPU reference of `wgsl/shade/light_through.wgsl`: share of each light that reaches the host's points.
 use super::{
     area::{Fit, mean_over_points},
     shading::Lighting,

@@ -1,8 +1,9 @@
 //! CPU reference of `wgsl/occlusion/*.wgsl`: ambient occlusion by the surfaces visible around a pixel
 //! (Jimenez et al. 2016, "Practical Real-Time Strategies for Accurate Indirect Occlusion", section 4).
 use super::{air::TINY, threads::each};
+use crate::records::OcclusionRadius;
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
-use gobo::records::{GpuView, OcclusionRadius};
+use gobo::records::GpuView;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Directions of a pixel; the next three pixels have others between them.

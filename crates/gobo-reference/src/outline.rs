@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/project/outline_of.wgsl` and of `outlined_tiles` in `wgsl/records/outline.wgsl`.
+//! CPU reference of `wgsl/project/conic.wgsl` and of `outlined_tiles` in `wgsl/records/outline.wgsl`.
 use super::project::{SLACK, TexelBox};
 use glam::Vec2;
 use gobo::{

@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/hit/puff.wgsl`: hits of a ray with a puff.
+//! CPU reference of `wgsl/hit/disc.wgsl`: hits of a ray with a puff.
 use super::{
     caster_hit::{Hit, added},
     hit::{absorption, transmittance},

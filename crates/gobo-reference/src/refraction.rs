@@ -2,10 +2,11 @@
 //! behind glass is displaced, by refraction where the eye's ray enters a body, and blurred, by the roughness
 //! of panes.
 use super::{bloom::Level, shading::world_point};
+use crate::records::refraction_levels;
 use glam::{IVec2, Mat4, UVec2, Vec2, Vec3};
 use gobo::{
     model::Material,
-    records::{GpuView, image_level_size, refraction_levels},
+    records::{GpuView, image_level_size},
 };
 
 /// Least light depth by which a surface must be in front of a pane to hide the background of the pane: depths

@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/entry/resolve.wgsl`: the filter map `F`, as its texture stores it.
+//! CPU reference of `wgsl/entry/walk.wgsl`: the filter map `F`, as its texture stores it.
 use glam::{IVec3, Vec3};
 use gobo::records::FIXED_ONE;
 use half::f16;

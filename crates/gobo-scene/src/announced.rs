@@ -4,7 +4,7 @@
 //! An invalid table or file announces nothing: it is refused when it is read.
 use super::{
     SceneError,
-    document::{Document, ShapeTable, TextureSource, VolumeTable},
+    document::{Document, ShapeTable, SplatsTable, TextureSource, VolumeTable},
     gltf::{
         announced::{self, Announced},
         file::GltfFile,
@@ -13,7 +13,7 @@ use super::{
     limits::Limit,
     loader::Loader,
     loader_files::MAX_SIDE,
-    particles, shapes,
+    particles, shapes, splat_file,
     volume_frame::FileContent,
 };
 use std::{
@@ -41,15 +41,7 @@ impl Loader<'_> {
     pub(super) fn check_announced(&self, document: &Document) -> Result<(), SceneError> {
         self.check_sum(Limit::Particles, &self.particles_announced(document))?;
         self.check_sum(Limit::Bricks, &self.bricks_announced(document))?;
-        let generated: Vec<Claim> = document
-            .splats
-            .iter()
-            .filter_map(|table| {
-                let count = table.get_ref().generate?.count();
-                Some(Claim::new(table.span(), "generate", count.into()))
-            })
-            .collect();
-        self.check_sum(Limit::Splats, &generated)?;
+        self.check_sum(Limit::Splats, &self.splats_announced(document))?;
         let mut triangles: Vec<Claim> = document
             .shape
             .iter()
@@ -112,6 +104,19 @@ impl Loader<'_> {
         document.volume.iter().map(of_table).collect()
     }
 
+    fn splats_announced(&self, document: &Document) -> Vec<Claim> {
+        let of_table = |table: &Spanned<SplatsTable>| {
+            let given = table.get_ref();
+            let count =
+                given.file.as_ref().map(|file| splat_file::announced(&self.folder.join(file)));
+            match given.generate {
+                Some(generate) => Claim::new(table.span(), "generate", generate.count().into()),
+                None => Claim::new(table.span(), "file", count.flatten().unwrap_or(0)),
+            }
+        };
+        document.splats.iter().map(of_table).collect()
+    }
+
     fn particles_announced(&self, document: &Document) -> Vec<Claim> {
         let of_tables = document.particles.iter().map(|table| {
             let given = table.get_ref();
@@ -121,8 +126,9 @@ impl Loader<'_> {
                     Claim::new(table.span(), "generate", count)
                 }
                 (None, Some(file)) => {
-                    let count = particles::announced(&self.folder.join(file));
-                    Claim::new(table.span(), "file", count.unwrap_or(0))
+                    let count = particles::announced(&self.folder.join(file)).unwrap_or(0);
+                    let own = self.share.map_or(count, |share| share.count_of(count));
+                    Claim::new(table.span(), "file", own)
                 }
                 (None, None) => Claim::new(table.span(), "file", 0),
             }

@@ -100,15 +100,21 @@ pub(super) struct ParticlesTable {
     pub file: Option<PathBuf>,
     pub generate: Option<Generate>,
     pub point_budget: Option<u64>,
+    /// Alphas of points by their class.
+    pub classes: Option<Vec<(u8, f32)>>,
     pub material: String,
 }
 
 impl ParticlesTable {
     pub(super) fn read(keys: &Keys<'_>) -> Result<Self, SceneError> {
+        let classes: Option<Vec<(u8, f32)>> = keys.given("classes")?;
+        let alphas: Vec<f32> = classes.iter().flatten().map(|(_, alpha)| *alpha).collect();
+        keys.check("classes", &alphas, 0.0..=1.0, "rows of a class and its alpha, 0 to 1")?;
         Ok(Self {
             file: keys.given("file")?,
             generate: keys.one("generate", Keys::all)?.map(Spanned::into_inner),
             point_budget: keys.given("point_budget")?,
+            classes,
             material: keys.required("material")?,
         })
     }

@@ -156,7 +156,7 @@ impl Generate {
     /// Upper bound of the particles in a share, or of all.
     pub(super) fn count_of(&self, share: Option<Share>) -> u64 {
         let all = u64::from(self.count());
-        share.map_or(all, |share| share.ranges(all).map(|range| range.end - range.start).sum())
+        share.map_or(all, |share| share.count_of(all))
     }
 
     /// Bounds of any number of particles.

@@ -17,6 +17,7 @@ mod error;
 mod exposure;
 mod faces;
 mod far_sides;
+mod format_table;
 mod formats;
 mod fur;
 #[doc(hidden)]
@@ -42,6 +43,7 @@ pub mod noise;
 mod numbers;
 mod obj;
 mod obj_materials;
+mod origin;
 mod painted;
 mod particles;
 mod plain;
@@ -74,7 +76,8 @@ mod volumes;
 
 pub use defaults::{empty_scene, usual_camera};
 pub use error::SceneError;
-pub use formats::{FORMATS, Family, Format, facts, format_of};
+pub use format_table::{FORMATS, Family, Format};
+pub use formats::{facts, format_of};
 pub use gltf::Model;
 pub use gobo::model::Scene;
 pub use held::{HeldFile, HeldFiles, hold_files};
@@ -84,6 +87,7 @@ pub use load::{
     load_with_splats,
 };
 pub use named::files;
+pub use origin::{recentre, rounding_warning};
 pub use particles::ParticleFile;
 pub use share::Share;
 pub use splat_file::{load_harmonics, load_splats};
@@ -113,8 +117,10 @@ pub fn load_particles(
             first_id,
             earlier: 0,
             budget: None,
+            share: None,
+            classes: None,
         };
-        return points::load(path, kind, wanted, &mut None);
+        return points::load(path, kind, wanted, &mut None).map(|cloud| cloud.file);
     }
     particles::load(path, material, material_id, default_radius, first_id, 0)
 }

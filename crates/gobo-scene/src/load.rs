@@ -15,12 +15,14 @@ use super::{
     light_tables,
     limits::Limit,
     loader::{Loader, error_of_line},
-    models, points, read,
+    models,
+    origin::recentre,
+    points, read,
     rig::Placement,
     share::Share,
     source::{self, SceneText},
-    splat_file::{kind_of_file, load_splats},
-    splats::{SplatCloud, SplatKind},
+    splat_file::{FoundSplats, harmonics_of_level, kind_of_file, load_level},
+    splats::{Harmonics, SplatCloud, SplatKind},
     tables,
     volume_file::VolumeFile,
 };
@@ -132,14 +134,18 @@ pub struct Relit {
     pub cloud: SplatCloud,
     /// Range of the file's splats in the scene, in the same order.
     pub range: Range<usize>,
-    /// Id of the file's first row.
-    first_id: u32,
+    found: FoundSplats,
 }
 
 impl Relit {
+    /// Higher harmonics of the file's splats, as of [`super::load_harmonics`]. `path`: of the file.
+    pub fn harmonics(&self, path: &Path) -> Result<Option<Harmonics>, SceneError> {
+        harmonics_of_level(path, self.found.lod)
+    }
+
     /// Index in the cloud of one of the scene's splats.
     pub fn index_of(&self, gaussian: &Gaussian) -> usize {
-        let row = gaussian.id.wrapping_sub(self.first_id);
+        let row = gaussian.id.wrapping_sub(self.found.first_id);
         self.cloud.rows.binary_search(&row).unwrap_or(row as usize)
     }
 }
@@ -151,14 +157,11 @@ pub fn load_with_splats(
     options: &LoadOptions,
     splats: &Path,
 ) -> Result<Relit, SceneError> {
-    let cloud = load_splats(splats)?;
     let (scene, found) = load_all(path, options, Some(splats))?;
-    let (range, first_id) = found.unwrap_or_default();
-    Ok(Relit { scene, cloud, range, first_id })
+    let found = found.unwrap_or_default();
+    let cloud = load_level(splats, found.lod)?;
+    Ok(Relit { scene, cloud, range: found.range.clone(), found })
 }
-
-/// Splats of a file in a scene, and the id of its first row.
-type FoundSplats = (Range<usize>, u32);
 
 /// Loads a scene, with the splats of a file if one is given.
 fn load_all(
@@ -276,7 +279,7 @@ fn load_contents(
     }
     let moving = animate(&source, &document, placed, &mut scene)?;
     still.extend(moving.into_iter().map(|moving| Arc::new(moving) as _));
-    scene.recentre();
+    recentre(&mut scene);
     place_again(&mut scene, still);
     far_sides::add_filters(&mut scene, path)?;
     let by = -scene.origin;
@@ -331,8 +334,8 @@ impl Loader<'_> {
                 self.placed.push(Placed { kind: "mesh", name: None, triangles, moving });
                 if self.leaves_splats { self.splats_alone(path, None) } else { Ok(()) }
             }
-            "ply" | "csv" => self.particle_file(path, 0, None),
-            _ if points::kind_of_file(path).is_some() => self.particle_file(path, 0, None),
+            "ply" | "csv" => self.particle_file(path, 0, None, None),
+            _ if points::kind_of_file(path).is_some() => self.particle_file(path, 0, None, None),
             _ => Ok(()),
         }
     }

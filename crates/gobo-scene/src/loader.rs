@@ -17,6 +17,7 @@ use super::{
     shapes,
     share::Share,
     source::SceneText,
+    splat_file::FoundSplats,
 };
 use glam::DVec3;
 use gobo::model::{Material, Motion, Texture, volume};
@@ -54,7 +55,7 @@ pub(super) struct Loader<'a> {
     /// The share of the filtering particles to load.
     pub(super) share: Option<Share>,
     /// Files of splats: their splats in the scene, and the id of the first row.
-    pub(super) splat_files: Vec<(PathBuf, Range<usize>, u32)>,
+    pub(super) splat_files: Vec<(PathBuf, FoundSplats)>,
     /// Offset subtracted from the coordinates of all point files, once one is read \[m\].
     pub(super) points_origin: Option<DVec3>,
     /// Whether the last model holds splats.

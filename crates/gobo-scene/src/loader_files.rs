@@ -25,7 +25,7 @@ pub(super) const MAX_SIDE: u32 = 8192;
 
 impl Loader<'_> {
     pub(super) fn particles(&mut self, table: &Spanned<ParticlesTable>) -> Result<(), SceneError> {
-        let ParticlesTable { file, generate, point_budget, material } = table.get_ref();
+        let ParticlesTable { file, generate, point_budget, classes, material } = table.get_ref();
         let id = self.material_of_grains(&table.span(), material)?;
         if self.scene.materials[id as usize].is_volume() {
             let help = "use shape = \"puff\", and no attenuation";
@@ -33,14 +33,20 @@ impl Loader<'_> {
             return Err(self.error(&table.span(), "material", message, help));
         }
         let path = file.as_ref().map(|file| self.folder.join(file));
-        if point_budget.is_some() && !path.as_deref().is_some_and(points::is_cloud) {
-            let message = "a budget of particles that are no cloud of points";
+        let of_clouds = [
+            ("point_budget", point_budget.is_some(), "a budget"),
+            ("classes", classes.is_some(), "classes"),
+        ];
+        if let Some((key, _, what)) = of_clouds.into_iter().find(|(_, is_given, _)| *is_given)
+            && !path.as_deref().is_some_and(points::is_cloud)
+        {
+            let message = format!("{what} of particles that are no cloud of points");
             let help = "remove it; clouds are LAS, LAZ, PCD and E57 files";
-            return Err(self.error(&table.span(), "point_budget", message, help));
+            return Err(self.error(&table.span(), key, &message, help));
         }
         match (path, generate) {
             (Some(path), None) => self
-                .particle_file(&path, id, *point_budget)
+                .particle_file(&path, id, *point_budget, classes.as_deref())
                 .map_err(|e| self.named_by(&table.span(), "file", e)),
             (None, Some(generate)) => self.generated(&table.span(), generate, id),
             _ => {
@@ -132,27 +138,47 @@ impl Loader<'_> {
         self.share.filter(|_| Class::FILTERING.contains(&class))
     }
 
+    /// Loads particles; `budget` and `classes`: of a cloud of points.
     pub(super) fn particle_file(
         &mut self,
         path: &Path,
         id: u32,
         budget: Option<u64>,
+        classes: Option<&[(u8, f32)]>,
     ) -> Result<(), SceneError> {
         let material = &self.scene.materials[id as usize];
         let earlier = self.scene.particles.len() as u64;
         let radius = self.radii[id as usize];
+        let first_id = self.next_id;
+        let mut around = None;
         let mut file = match points::kind_of_file(path) {
             Some(kind) => {
-                let first_id = self.next_id;
-                let wanted =
-                    points::PointsWanted { material: id, radius, first_id, earlier, budget };
-                points::load(path, kind, wanted, &mut self.points_origin)?
+                let share = self.share_of(id);
+                let material = id;
+                let wanted = points::PointsWanted {
+                    material,
+                    radius,
+                    first_id,
+                    earlier,
+                    budget,
+                    share,
+                    classes,
+                };
+                let cloud = points::load(path, kind, wanted, &mut self.points_origin)?;
+                self.next_id = self.next_id.wrapping_add(cloud.rows as u32);
+                around = cloud.around;
+                cloud.file
             }
-            None => particles::load(path, material, id, radius, self.next_id, earlier)?,
+            None => {
+                let file = particles::load(path, material, id, radius, first_id, earlier)?;
+                let rows = file.particles.len() as u64 + file.skipped.values().sum::<u64>();
+                self.next_id = self.next_id.wrapping_add(rows as u32);
+                file
+            }
         };
-        let rows = file.particles.len() as u64 + file.skipped.values().sum::<u64>();
-        self.next_id = self.next_id.wrapping_add(rows as u32);
-        if let Some(share) = self.share_of(id) {
+        if let Some(around) = around {
+            self.scene.around = self.scene.around.with(&around);
+        } else if let Some(share) = self.share_of(id) {
             let mut numbers = 0..;
             let around = &mut self.scene.around;
             file.particles.retain(|particle| {

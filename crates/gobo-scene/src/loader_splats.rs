@@ -7,7 +7,7 @@ use super::{
     loader::Loader,
     loader_files::add_skipped,
     rig::{Moving, Placement},
-    splat_file::{load_level, load_splats},
+    splat_file::{FoundSplats, load_level, load_splats},
     splats::{SplatCloud, SplatKind, placed},
     volumes::USUAL_THICKNESS,
 };
@@ -68,7 +68,8 @@ impl Loader<'_> {
         let moving = self.add_splats(cloud, material, &given.placement, is_keyed)?;
         if let Some(file) = &given.file {
             let range = first..self.scene.gaussians.len();
-            self.splat_files.push((self.folder.join(file), range, first_id));
+            let path = self.folder.join(file);
+            self.splat_files.push((path, FoundSplats { range, first_id, lod: given.lod }));
         }
         self.place("splats", &span, given.name.as_ref(), 0..0, moving)
     }
@@ -99,18 +100,17 @@ impl Loader<'_> {
         self.add_neutral(path, cloud, rotation)
     }
 
-    /// The splats of a file and the id of its first row; if no table names the file, its splats are added as
-    /// they are.
-    pub(super) fn found_splats(&mut self, path: &Path) -> Result<(Range<usize>, u32), SceneError> {
+    /// The splats of a file; if no table names the file, they are added as they are.
+    pub(super) fn found_splats(&mut self, path: &Path) -> Result<FoundSplats, SceneError> {
         let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let mut known = self.splat_files.iter();
-        if let Some((_, range, first_id)) = known.find(|known| whole(&known.0) == whole(path)) {
-            return Ok((range.clone(), *first_id));
+        if let Some((_, found)) = known.find(|known| whole(&known.0) == whole(path)) {
+            return Ok(found.clone());
         }
         let (first, first_id) = (self.scene.gaussians.len(), self.next_id);
         let cloud = load_splats(path)?;
         self.add_neutral(path, cloud, Vec3::ZERO)?;
-        Ok((first..self.scene.gaussians.len(), first_id))
+        Ok(FoundSplats { range: first..self.scene.gaussians.len(), first_id, lod: None })
     }
 
     /// Adds splats with a neutral shadow. `rotation`: Euler xyz \[degrees\].

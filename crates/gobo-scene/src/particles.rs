@@ -2,6 +2,7 @@
 use super::{
     SceneError,
     error::quoted,
+    format_table::{Family, endings},
     limits::{self, Limit},
     ply, points, read,
 };
@@ -201,8 +202,9 @@ impl<'a> Rows<'a> {
             Some("ply") => ply::read(path, &bytes, rows)?,
             Some("csv") => read_csv(path, &bytes, rows)?,
             _ => {
-                let message =
-                    "particles come from .ply, .csv, .las, .laz, .pcd and .e57 files only";
+                let of_rows = |family| matches!(family, Family::Particles | Family::Points);
+                let endings = endings(of_rows, "and");
+                let message = format!("particles come from {endings} files only");
                 return Err(SceneError::invalid(path, message, "convert the file, or rename it"));
             }
         }

@@ -35,6 +35,11 @@ impl Share {
         number / BLOCK % u64::from(self.count) == u64::from(self.index)
     }
 
+    /// How many of the numbers below `end` it has.
+    pub(super) fn count_of(&self, end: u64) -> u64 {
+        self.ranges(end).map(|range| range.end - range.start).sum()
+    }
+
     /// Its ranges of the numbers below `end`.
     pub(super) fn ranges(&self, end: u64) -> impl Iterator<Item = std::ops::Range<u64>> + use<> {
         let first = u64::from(self.index) * BLOCK;

@@ -2,12 +2,14 @@
 use super::{
     SceneError,
     error::Fault,
-    gltf::splats,
+    gltf,
+    limits::Limit,
     read,
-    splats::{Harmonics, SplatCloud, SplatKind, files, kind_of, read_harmonics, read_kind},
+    splats::{self, Harmonics, SplatCloud, SplatKind, files, kind_of, read_harmonics, read_kind},
 };
 use std::{
     borrow::Cow,
+    ops::Range,
     path::{Path, PathBuf},
 };
 
@@ -17,26 +19,48 @@ const LONGEST_HEAD: u64 = 1 << 16;
 /// Index files of a folder of splats: of levels of detail, or of one SOG.
 const METAS: [&str; 2] = ["lod-meta.json", "meta.json"];
 
+/// Splats of a file in a scene.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FoundSplats {
+    pub(super) range: Range<usize>,
+    /// Id of the file's first row.
+    pub(super) first_id: u32,
+    /// Level of detail that the table names.
+    pub(super) lod: Option<u32>,
+}
+
 /// Reads a file or folder of splats, whatever its name. World space = the file's space.
 pub fn load_splats(path: &Path) -> Result<SplatCloud, SceneError> {
     load_level(path, None)
 }
 
-/// Reads the higher harmonics of a file or folder of splats, one row for each of its rows. `None` where gobo
-/// does not keep them: of streamed SOG, ksplat and glTF.
+/// Reads the higher harmonics of a file or folder of splats, one row for each of its rows. `None` where they
+/// would have to be turned: of a glTF file whose nodes rotate or mirror splats.
 pub fn load_harmonics(path: &Path) -> Result<Option<Harmonics>, SceneError> {
+    harmonics_of_level(path, None)
+}
+
+/// Like [`load_harmonics`], at a level of detail as in [`load_level`].
+pub(super) fn harmonics_of_level(
+    path: &Path,
+    lod: Option<u32>,
+) -> Result<Option<Harmonics>, SceneError> {
     let path = &*inside(path);
     let bytes = read::bytes(path)?;
-    let Some(kind) = kind_of(&bytes, bytes.len() as u64).or_else(|| kind_of_name(path)) else {
-        return Ok(None);
-    };
     let of_file = |(message, help): Fault| SceneError::invalid(path, message, help);
-    read_harmonics(kind, path, &bytes).map_err(of_file)
+    match kind_of(&bytes, bytes.len() as u64).or_else(|| kind_of_name(path)) {
+        Some(kind) => read_harmonics(kind, path, &bytes, lod).map(Some).map_err(of_file),
+        None if is_gltf(&bytes) => gltf::splats::harmonics(path),
+        None => Ok(None),
+    }
 }
 
 /// Like [`load_splats`], at a level of detail; 0 is the finest, `None` the usual one.
 pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, SceneError> {
     let path = &*inside(path);
+    if let Some(count) = announced(path) {
+        Limit::Splats.grown_in(path, 0, count)?;
+    }
     let bytes = read::bytes(path)?;
     let of_file = |(message, help): (String, &str)| SceneError::invalid(path, message, help);
     match kind_of(&bytes, bytes.len() as u64).or_else(|| kind_of_name(path)) {
@@ -48,7 +72,7 @@ pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, Sc
                     "remove it; a streamed SOG (lod-meta.json) has levels",
                 )));
             }
-            splats::read(path)
+            gltf::splats::read(path)
         }
         None => {
             let help = "splats are a .ply, .splat, .ksplat, .spz, .sog, .glb or .gltf file, or the \
@@ -56,6 +80,12 @@ pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, Sc
             Err(of_file(("holds no splats of a known kind".to_owned(), help)))
         }
     }
+}
+
+/// Number of splats that a file's head announces; `None` if it has no splats, or only more of it tells.
+pub(super) fn announced(path: &Path) -> Option<u64> {
+    let (head, length) = read::head(path, LONGEST_HEAD).ok()?;
+    splats::announced(kind_of(&head, length)?, &head, length)
 }
 
 /// The index file of a folder of splats, or the path itself.

@@ -2,9 +2,10 @@
 use super::{
     SceneError,
     clouds::Cloud,
-    dense::{Dense, tree_of},
+    dense::{Dense, DenseBricks, fitting_bricks},
     document::VolumeTable,
     error::quoted,
+    limits::Limit,
     look::Look,
     plain::nearest,
     read,
@@ -190,9 +191,19 @@ impl FileContent {
                 self.look.density(dense.value(voxel))
             }
         };
-        let (tree, wrong) = tree_of(dense.size(), density)?;
-        let bricks = tree.into_bricks()?;
-        let notes = dense.notes.iter().map(|note| format!("{}: {note}", path.display())).collect();
+        let dense_bricks = fitting_bricks(dense.size(), density)?;
+        let volume_from_index = volume_from_index * dense_bricks.file_from_index();
+        let DenseBricks { bricks, wrong, step } = dense_bricks;
+        let name = path.display();
+        let mut notes: Vec<_> = dense.notes.iter().map(|note| format!("{name}: {note}")).collect();
+        if step > 1 {
+            let [width, height, depth] = dense.size();
+            notes.push(format!(
+                "{name}: its {width} x {height} x {depth} voxels need more than {} bricks: means of {step} x \
+                 {step} x {step} voxels are shown; `clip` shows a part as it is",
+                Limit::Bricks.most()
+            ));
+        }
         Ok(Frame::of_bricks(bricks, wrong, volume_from_index, notes))
     }
 

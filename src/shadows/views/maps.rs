@@ -2,13 +2,14 @@
 use crate::{
     error::Error,
     gpu::{Allocator, Resources, allocated},
-    model::View,
+    model::{TILE_SIZE, View},
     shadows::Config,
     stage::soften::run_layers,
     view::atlas::{Atlas, AtlasLimits, MapSlot},
 };
 use glam::UVec2;
 use wgpu::{
+    BufferUsages,
     TextureFormat::{R32Float, Rgba16Float, Rgba32Float, Rgba32Uint},
     TextureUsages,
 };
@@ -35,6 +36,8 @@ pub struct Maps {
     pub sums: Option<wgpu::Texture>,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
+    /// A word for each tile of the atlas, 0 while its curves are zeros, as in a new texture.
+    pub(in crate::shadows) drawn_tiles: wgpu::Buffer,
     /// Whether light may increase along a curve: some caster has the `gain` or the `over` transfer.
     pub gain: bool,
     /// Rectangle of each view.
@@ -69,6 +72,10 @@ impl Maps {
         let slots = atlas.slots;
         let of_curves =
             if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
+        let tiles = match nodes {
+            0 => 1,
+            _ => size[0] * size[1] * size[2] / u64::from(TILE_SIZE).pow(2),
+        };
         allocated(allocator.device, || {
             let mut texture = |name, format| allocator.texture(name, format, size, usage);
             let opaques = texture("opaques", R32Float)?;
@@ -78,6 +85,8 @@ impl Maps {
             let filters =
                 allocator.texture_with_levels("filters", Rgba16Float, size, 1 + mips, usage)?;
             let curves = allocator.texture("curves", Rgba32Uint, of_curves, usage)?;
+            let drawn_tiles =
+                allocator.storage::<u32>("drawn_tiles", tiles, BufferUsages::empty())?;
             Ok(Self {
                 filters,
                 nearests,
@@ -86,6 +95,7 @@ impl Maps {
                 curves,
                 sums,
                 nodes,
+                drawn_tiles,
                 gain: false,
                 slots,
             })
@@ -121,6 +131,7 @@ impl Maps {
             .with("nearests", &self.nearests)
             .with("opaques", &self.opaques)
             .with("curves", &self.curves)
+            .with("drawn_tiles", &self.drawn_tiles)
             .with_any("kept_sums", self.sums.as_ref())
             .with_any("colored", self.colored.as_ref())
     }
@@ -161,6 +172,7 @@ impl Maps {
             sums: None,
             curves,
             nodes: self.nodes,
+            drawn_tiles: self.drawn_tiles.clone(),
             gain: self.gain,
             slots: self.slots.clone(),
         })

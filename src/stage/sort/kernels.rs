@@ -17,13 +17,13 @@ const RANKS: Choice =
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
-    ..KernelDesc::new("sort_serial_count", "sort/sort_serial_count.wgsl")
+    ..KernelDesc::new("sort_serial_count", "sort/serial.wgsl")
 };
 
 /// Pairs with the same digit in earlier runs. One invocation per digit.
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     constants: SERIAL_CONSTANTS,
-    ..KernelDesc::new("sort_serial_scan", "sort/sort_serial_scan.wgsl")
+    ..KernelDesc::new("sort_serial_scan", "sort/sort.wgsl")
 };
 
 /// Moves each pair to its position by digit. One invocation per run.
@@ -38,7 +38,7 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
     entry: "sort_serial_count",
     with: &[DIGITS_256],
     constants: SERIAL_CONSTANTS,
-    ..KernelDesc::new("sort_long_count", "sort/sort_serial_count.wgsl")
+    ..KernelDesc::new("sort_long_count", "sort/serial.wgsl")
 };
 
 /// [`SERIAL_SCATTER`] for digits of 256 values.
@@ -50,7 +50,7 @@ pub const LONG_SCATTER: KernelDesc = KernelDesc {
 };
 
 /// Histogram of the digits of each block. One workgroup per block.
-pub const WIDE_COUNT: KernelDesc = KernelDesc::new("sort_wide_count", "sort/sort_wide_count.wgsl");
+pub const WIDE_COUNT: KernelDesc = KernelDesc::new("sort_wide_count", "sort/wide.wgsl");
 
 /// Pairs with the same digit in earlier blocks. One workgroup per digit.
 pub const WIDE_SCAN: KernelDesc = KernelDesc {

@@ -37,6 +37,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "EDGE_SLACK",
     "EMPTY_RUN",
     "LANES",
+    "PLAN_LANES",
     "LAST_DEPTH",
     "MIN_TAU",
     "LIST_LENGTH",

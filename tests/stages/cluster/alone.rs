@@ -6,11 +6,12 @@ use crate::{
 };
 use gobo::{
     gpu::Resources,
-    records::{ALL_LIGHTS, ClusterCounters},
+    records::ALL_LIGHTS,
     stage::features::Features,
     wgpu::{BufferUsages, TextureFormat as Format},
 };
 use gobo_picture::stage::cluster;
+use gobo_reference::records::ClusterCounters;
 use gobo_scene::Scene;
 
 #[test]

@@ -13,11 +13,12 @@ use gobo::{
     glam::{UVec2, Vec2, Vec3, Vec4},
     gpu::{Gpu, Tier, Timeline},
     model::{Cascades, Light, LightKind, Material, Shape, Transfer, Triangle, View},
-    records::{ClusterCounters, ClusterGrid, Picture, Reach},
+    records::{Picture, Reach},
     view::shadow_views,
 };
 use gobo_picture::picture::{PictureCapacity, PictureRequest, PreparedPicture};
 use gobo_reference::cluster::{Clusters, assign};
+use gobo_reference::records::{ClusterCounters, ClusterGrid};
 use gobo_scene::Scene;
 use std::sync::{Mutex, OnceLock, PoisonError};
 

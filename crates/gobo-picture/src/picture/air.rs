@@ -6,9 +6,9 @@ use gobo::{
     frame::{Commands, Dispatch, Kernels, Work},
     gpu::{Allocator, Resources},
     model::Scene,
-    records::{AirParams, air_columns},
     stage::features::Features,
 };
+use gobo_reference::records::{AirParams, air_columns};
 use wgpu::{Buffer, BufferUsages, Texture, TextureFormat::Rgba32Float, TextureUsages};
 
 /// Air of a picture, as a volume.

@@ -1,10 +1,12 @@
 //! Intermediate data of the pixels of a band of tiles.
 use super::bands::pixels_of;
-use crate::stage::shade::{CARRIED, LAYER_TEXELS, LAYERED_HEAD, PIXEL_POINTS};
+use crate::stage::{
+    light_points::{LIST_COUNT, LIST_HEAD, POINT_TEXELS},
+    shade::{CARRIED, LAYER_TEXELS, LAYERED_HEAD, PIXEL_POINTS},
+};
 use gobo::{
     Error,
     gpu::{Allocator, Memory, Resources, reused},
-    stage::light_points::{LIST_COUNT, LIST_HEAD, POINT_TEXELS},
 };
 use std::sync::Arc;
 use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages};

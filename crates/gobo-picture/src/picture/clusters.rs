@@ -6,12 +6,12 @@ use gobo::{
     gpu::{Allocator, Gpu, Resources, write_records},
     model::{Scene, View},
     records::{
-        ALL_LIGHTS, ClusterCounters, ClusterGrid, LightRecords, MAX_LIGHTS, MAX_SHADOW_VIEWS,
-        MAX_TAPS, REACH_TEXELS, Reach,
+        ALL_LIGHTS, LightRecords, MAX_LIGHTS, MAX_SHADOW_VIEWS, MAX_TAPS, REACH_TEXELS, Reach,
     },
     shadows::light_texture,
     stage::features::Features,
 };
+use gobo_reference::records::{ClusterCounters, ClusterGrid};
 use wgpu::{
     Buffer, BufferUsages, Texture,
     TextureFormat::{R32Uint, Rg32Float, Rgba32Uint},

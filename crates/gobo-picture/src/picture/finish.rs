@@ -6,9 +6,10 @@ use gobo::{
     frame::{Commands, Dispatch, Kernels},
     gpu::{Allocator, KernelDesc, Resource, Resources, level_view, view},
     model::{Material, Occlusion, Scene},
-    records::{bloom_sizes, image_level_size, refraction_levels},
+    records::image_level_size,
     stage::features::Features,
 };
+use gobo_reference::records::{bloom_sizes, refraction_levels};
 use wgpu::{
     Texture, TextureFormat,
     TextureFormat::{Rg32Uint, Rgba16Float, Rgba32Float, Rgba32Uint},

@@ -9,7 +9,10 @@ use super::{
     lists::CameraList,
     prepared::Targets,
 };
-use crate::stage::{mask, shade};
+use crate::stage::{
+    light_points::{PANE_LIST, SURFACE_LIST, light_points, list_offset, listed},
+    mask, shade,
+};
 use gobo::{
     Error,
     frame::{Commands, Dispatch, Work},
@@ -18,9 +21,7 @@ use gobo::{
     shadows::Shadows,
     stage::{
         features::{Features, Flags},
-        light_points::{
-            PANE_LIST, PointBatch, SURFACE_LIST, light_points, list_offset, point_grid,
-        },
+        light_points::{PointBatch, point_grid},
     },
 };
 use wgpu::Buffer;
@@ -283,9 +284,8 @@ impl Shading {
         resources: &Resources,
     ) -> Result<Self, Error> {
         let (features, tiles) = (to.features, to.memory.tiles);
-        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST].map(|list| {
-            to.allocator.uniform("point_batch", &PointBatch::listed(list, pixels_of(tiles)))
-        });
+        let [surfaces, panes] = [SURFACE_LIST, PANE_LIST]
+            .map(|list| to.allocator.uniform("point_batch", &listed(list, pixels_of(tiles))));
         let mut light = Vec::new();
         for (list, batch) in [(SURFACE_LIST, &surfaces), (PANE_LIST, &panes)] {
             if list == SURFACE_LIST || features.has_panes {

@@ -17,7 +17,7 @@ use gobo::{
 };
 
 /// Edge of a block of columns, as long as a tile \[columns\]. WGSL:
-/// `crates/gobo-picture/wgsl/records/air_item.wgsl`.
+/// `crates/gobo-picture/wgsl/shade/air_items.wgsl`.
 pub const AIR_BLOCK: u32 = 4;
 /// Slices of an item: those of a run of a block.
 pub const AIR_RUN: u32 = 4;
@@ -29,7 +29,7 @@ pub const ITEM_HEAD: u32 = 4;
 pub const SUM_SIZE: u32 = 8;
 
 /// Slices that a band needs of each column. One workgroup per block of columns that a band sees.
-pub const REACH: KernelDesc = kernel("air_reach", "shade/air_reach.wgsl");
+pub const REACH: KernelDesc = kernel("air_reach", "shade/air_items.wgsl");
 
 /// Light that each slice of a column scatters to the eye.
 pub const SCATTER: KernelDesc = KernelDesc {

@@ -9,8 +9,8 @@ use gobo::gpu::KernelDesc;
 pub const GROUP_SIZE: u32 = 8;
 
 /// The next smaller level.
-pub const DOWN: KernelDesc = kernel("bloom_down", "bloom/bloom_down.wgsl");
+pub const DOWN: KernelDesc = kernel("bloom_down", "bloom/bloom.wgsl");
 /// Adds the share of the next smaller level.
-pub const UP: KernelDesc = kernel("bloom_up", "bloom/bloom_up.wgsl");
+pub const UP: KernelDesc = kernel("bloom_up", "bloom/bloom.wgsl");
 /// Adds the light of the levels to the picture.
-pub const APPLY: KernelDesc = kernel("bloom_apply", "bloom/bloom_apply.wgsl");
+pub const APPLY: KernelDesc = kernel("bloom_apply", "bloom/bloom.wgsl");

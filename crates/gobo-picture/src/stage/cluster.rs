@@ -21,13 +21,13 @@ const SCAN_LANES: u32 = 256;
 /// Tests lights with clusters.
 pub const COUNT: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", LANES as f64)],
-    ..kernel("cluster_count", "cluster/cluster_count.wgsl")
+    ..kernel("cluster_count", "cluster/cluster.wgsl")
 };
 
 /// Places the lists.
 pub const SCAN: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", SCAN_LANES as f64)],
-    ..kernel("cluster_scan", "cluster/cluster_scan.wgsl")
+    ..kernel("cluster_scan", "cluster/cluster.wgsl")
 };
 
 /// Writes the lists of lights.

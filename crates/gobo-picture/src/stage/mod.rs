@@ -3,6 +3,7 @@
 pub mod air;
 pub mod bloom;
 pub mod cluster;
+pub mod light_points;
 pub mod mask;
 pub mod occlusion;
 pub mod refraction;
@@ -54,6 +55,14 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::COMPOSITE_AMBIENT,
     &shade::COMPOSITE_BEHIND,
     &shade::COMPOSITE_BEHIND_AMBIENT,
+    &light_points::LIGHT_POINTS,
+    &light_points::AREA_LIGHT_POINTS,
+    &light_points::MASKED_LIGHT_POINTS,
+    &light_points::AREA_MASKED_LIGHT_POINTS,
+    &light_points::THROWN_LIGHT_POINTS,
+    &light_points::THROWN_AREA_LIGHT_POINTS,
+    &light_points::THROWN_MASKED_LIGHT_POINTS,
+    &light_points::THROWN_AREA_MASKED_LIGHT_POINTS,
     &occlusion::SEARCH,
     &occlusion::APPLY,
     &refraction::APPLY,

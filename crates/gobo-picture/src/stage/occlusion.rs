@@ -6,6 +6,6 @@ use super::kernel;
 use gobo::gpu::KernelDesc;
 
 /// Share of the ambient light that arrives, at half the size.
-pub const SEARCH: KernelDesc = kernel("occlusion_search", "occlusion/occlusion_search.wgsl");
+pub const SEARCH: KernelDesc = kernel("occlusion_search", "occlusion/occlusion.wgsl");
 /// Takes the occluded share of the ambient light away.
 pub const APPLY: KernelDesc = kernel("occlusion_apply", "occlusion/occlusion_apply.wgsl");

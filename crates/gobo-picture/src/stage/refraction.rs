@@ -7,4 +7,4 @@ use super::kernel;
 use gobo::gpu::KernelDesc;
 
 /// Adds the light that is seen displaced through glass.
-pub const APPLY: KernelDesc = kernel("refraction_apply", "refraction/refraction_apply.wgsl");
+pub const APPLY: KernelDesc = kernel("refraction_apply", "refraction/refraction.wgsl");

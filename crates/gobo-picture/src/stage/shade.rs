@@ -23,7 +23,7 @@ pub const PIXEL_POINTS: u32 = 3;
 /// Workgroups of a list's dispatch in y, so that x stays below what devices allow.
 pub const LIST_ROWS: u32 = 2;
 /// Words of `layered_tiles` before the tiles: the workgroups of a dispatch over them. WGSL:
-/// `crates/gobo-picture/wgsl/records/layered_tile.wgsl`.
+/// `crates/gobo-picture/wgsl/shade/layer.wgsl`.
 pub const LAYERED_HEAD: u32 = 3;
 /// Tiles of a band.
 pub const BAND_TILES: u32 = 256;
@@ -36,12 +36,12 @@ const LAYER_STATE: Choice = Choice::new("accumulator", "accumulator/layers.wgsl"
 /// Nearest opaque caster of a pixel.
 const SEEN_STATE: Choice = Choice::new("accumulator", "accumulator/seen.wgsl");
 
-const AMBIENT_NONE: Choice = Choice::new("ambient", "shade/ambient_none.wgsl");
-const AMBIENT_KEPT: Choice = Choice::new("ambient", "shade/ambient_kept.wgsl");
-const STRAIGHT: Choice = Choice::new("refraction", "shade/refraction_none.wgsl");
-const REFRACTED: Choice = Choice::new("refraction", "shade/refraction_kept.wgsl");
-const NO_CATCHERS: Choice = Choice::new("catcher", "shade/catcher_none.wgsl");
-const CATCHERS: Choice = Choice::new("catcher", "shade/catcher_shown.wgsl");
+const AMBIENT_NONE: Choice = Choice::new("ambient", "shade/composite_none.wgsl");
+const AMBIENT_KEPT: Choice = Choice::new("ambient", "shade/composite_kept.wgsl");
+const STRAIGHT: Choice = Choice::new("refraction", "shade/composite_none.wgsl");
+const REFRACTED: Choice = Choice::new("refraction", "shade/composite_kept.wgsl");
+const NO_CATCHERS: Choice = Choice::new("catcher", "shade/composite_none.wgsl");
+const CATCHERS: Choice = Choice::new("catcher", "shade/composite_kept.wgsl");
 
 /// The opaque surface of each pixel.
 pub const SEEN: KernelDesc = KernelDesc {
@@ -109,17 +109,17 @@ pub const PANES: KernelDesc = KernelDesc {
     ..of_points(kernel("shade_panes", "shade/shade_panes.wgsl"))
 };
 /// One invocation per tile of a band.
-pub const LAYERED: KernelDesc = of_points(kernel("shade_layered", "shade/shade_layered.wgsl"));
+pub const LAYERED: KernelDesc = of_points(kernel("shade_layered", "shade/layer.wgsl"));
 /// Points of particles and Gaussians.
 pub const CASTERS: KernelDesc = of_points(kernel("shade_casters", "shade/shade_casters.wgsl"));
 /// Points of the lattices in bricks of voxels.
-pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_bricks.wgsl"));
+pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_casters.wgsl"));
 
 /// Tiles of each footprint that are in a part of the picture.
 pub const CLIP: KernelDesc = of_points(kernel("shade_clip", "shade/shade_clip.wgsl"));
 
 gobo::gpu_struct! {
-    /// WGSL: `wgsl/shade/band.wgsl`.
+    /// WGSL: `crates/gobo-picture/wgsl/shade/band.wgsl`.
     #[derive(Eq)]
     pub struct Band {
         /// First tile in the picture \[tiles\].

@@ -6,9 +6,9 @@
 // most two panes wait. The light that the two nearest panes scatter and mirror is evaluated after the walk;
 // panes behind only filter.
 
-import package::bind::sampled::{lit, seen_pixels};
-import package::bind::stored::layers;
-import package::bind::uniform::{band, materials};
+import package::bind::picture_in::{band, lit, seen_pixels};
+import package::bind::picture_out::layers;
+import package::bind::uniform::materials;
 import package::features::{HAS_AIR, HAS_BRICKS, HAS_PARTICLES, HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
 import package::hit::caster_hit::{faced_hit, faced_of};
 import package::hit::coplanar::{COPLANAR, is_coplanar, is_in_front};
@@ -16,20 +16,20 @@ import package::hit::hit::Hit;
 import package::hit::triangle::{triangle_hit, triangle_weights};
 import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::material::{SHAPE_BRICK, TRANSFER_GAIN, TRANSFER_NONE, shows_color};
-import package::records::record::record_texel;
-import package::records::tile_rect::depth_of_key;
-import package::records::view::GpuView;
 import package::records::point_list::PANE_LIST;
+import package::records::record::record_texel;
+import package::records::tile::depth_of_key;
+import package::records::view::GpuView;
 import package::shade::air::air_at;
-import package::shade::append_point::append_point;
 import package::shade::bend::{bend, start_bend};
-import package::shade::camera::camera;
-import package::shade::cost::count_pair;
-import package::shade::emission::emission_at;
-import package::shade::fog::{cross_face, fog_to, start_fog};
-import package::shade::layer::{LAYER_TEXELS, NOWHERE, NO_PANE, Pane, packed_pane};
-import package::shade::pane::{mirrored_share, scattered_share, seen_color};
-import package::shade::surface::{eye, normals_at, pane_caster, world_point};
+import package::shade::camera::{camera, count_pair, cross_face, fog_to, start_fog};
+import package::shade::details::emission_at;
+import package::shade::layer::{
+    LAYER_TEXELS, NOWHERE, NO_PANE, Pane, mirrored_share, packed_pane, scattered_share, seen_color,
+};
+import package::shade::normals::{normals_at, pane_caster};
+import package::shade::points::append_point;
+import package::shade::surface::{eye, world_point};
 
 const ROWS: u32 = 1u; // pixels that an invocation holds
 

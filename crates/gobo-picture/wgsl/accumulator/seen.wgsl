@@ -3,10 +3,10 @@
 import package::features::HAS_TRIANGLES;
 import package::hit::caster_hit::caster_hit;
 import package::hit::coplanar::{COPLANAR, is_in_front};
-import package::hit::solid::is_solid;
+import package::hit::hit::is_solid;
 import package::records::footprint::{Footprint, caster_of, setup_of};
 import package::records::view::GpuView;
-import package::shade::cost::count_pair;
+import package::shade::camera::count_pair;
 
 const ROWS: u32 = 1u; // pixels that an invocation holds
 

@@ -2,11 +2,9 @@
 // indices of lights, ascending. One invocation per cluster. CPU reference:
 // crates/gobo-reference/src/cluster.rs. Rust: crates/gobo-picture/src/stage/cluster.rs.
 
-import package::bind::changed::offsets;
-import package::bind::sampled::masks;
-import package::bind::stored::clusters;
-import package::bind::uniform::cluster_params;
-import package::records::cluster::ALL_LIGHTS;
+import package::bind::picture_in::{cluster_params, masks};
+import package::bind::picture_out::{clusters, offsets};
+import package::records::light::ALL_LIGHTS;
 import package::records::record::{bounded, record_texel};
 
 override WORKGROUP_SIZE: u32;

@@ -1,17 +1,15 @@
 // mask, surfaces: visible opaque surfaces in the format of masks. One invocation per pixel of a band, after
 // `shade_surfaces`. CPU reference: crates/gobo-reference/src/mask.rs. Rust: src/stage/mask.rs.
 
-import choice::keep::keep_surface;
-import package::bind::sampled::seen_pixels;
+import package::bind::picture_in::seen_pixels;
 import package::bind::uniform::views;
-import package::records::mask::{
-    MaskPoint, MaskSurface, NO_SURFACE, packed_mask_point, packed_surface,
-};
+import package::records::mask::{MaskPoint, MaskSurface, NO_SURFACE, packed_mask_point, packed_surface};
 import package::records::point::{POINT_SOLID, load_point};
 import package::records::record::{TRIANGLE_BIT, record_texel};
 import package::records::view::TILE_SIZE;
 import package::shade::band::band_pixel;
 import package::traversal::lane::LANES;
+import choice::keep::keep_surface;
 
 // Light depth at a pixel, clamped to the picture; `index`: of `pixel` in the band.
 fn seen_depth(at: vec2<u32>, pixel: vec2<u32>, index: u32) -> f32 {

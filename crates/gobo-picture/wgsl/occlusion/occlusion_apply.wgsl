@@ -3,12 +3,10 @@
 // equally. One invocation per pixel. CPU reference: crates/gobo-reference/src/occlusion.rs. Rust:
 // crates/gobo-picture/src/stage/occlusion.rs.
 
-import package::bind::changed::pixels;
-import package::bind::sampled::{ambients, composited, occlusions};
-import package::bind::stored::radiance;
+import package::bind::picture_in::{ambients, composited, occlusions};
+import package::bind::picture_out::{pixels, radiance};
 import package::bind::uniform::views;
-import package::occlusion::seen_point::{radius_at, screen, seen_normal, seen_point};
-import package::records::surroundings::unpack_surroundings;
+import package::occlusion::occlusion::{radius_at, screen, seen_normal, seen_point, unpack_surroundings};
 import package::shade::tone::on_screen;
 
 // Distance from a pixel's plane at which another surface does not count [radii].

@@ -2,10 +2,10 @@
 // scattered between the eye and the end of slice k. The transmittance follows from the length. CPU reference:
 // crates/gobo-reference/src/air.rs. Rust: `AirParams` in src/records/air.rs.
 
-import package::bind::sampled::air;
+import package::bind::picture_in::air;
 import package::bind::uniform::picture_params;
+import package::records::picture::AIR_CELL;
 import package::records::view::GpuView;
-import package::shade::air_place::{AirPlace, air_place};
 
 struct AirBefore {
     light: vec3<f32>, // scattered to the eye
@@ -44,4 +44,35 @@ fn air_layer(place: AirPlace, slice: i32) -> vec3<f32> {
         part.x,
     );
     return select(mix(top, bottom, part.y).rgb, vec3(0.0), slice < 0);
+}
+
+// The columns around a pixel, and its place between them, 0..1.
+struct AirPlace {
+    low: vec2<i32>,
+    high: vec2<i32>,
+    part: vec2<f32>,
+}
+
+// `size`: columns of the picture.
+fn air_place(view: GpuView, pixel: vec2<f32>, size: vec2<i32>) -> AirPlace {
+    // Relative to the first column.
+    let from_first = pixel - air_shift(view);
+    let at = clamp(from_first / f32(AIR_CELL) - 0.5, vec2(0.0), vec2<f32>(size - 1));
+    let low = vec2<i32>(floor(at));
+    return AirPlace(low, min(low + 1, size - 1), at - floor(at));
+}
+
+// Offset of a picture's sample from the middles of its pixels [pixels]; within a pixel, the one that belongs
+// to the point on the lens: the shear of the camera's axis (`View::through` in src/view/mod.rs).
+fn sample_offset(view: GpuView) -> vec2<f32> {
+    let right = picture_params.world_from_view[0].xyz;
+    let up = picture_params.world_from_view[1].xyz;
+    let back = picture_params.world_from_view[2].xyz;
+    let offset = vec2(-dot(back, right), dot(back, up)) * view.scale;
+    return select(offset, offset - round(offset), any(abs(offset) > vec2(1.0)));
+}
+
+// First column of air [pixels]: columns of several samples interleave, so that their mean is finer.
+fn air_shift(view: GpuView) -> vec2<f32> {
+    return sample_offset(view) * f32(AIR_CELL);
 }

@@ -2,20 +2,21 @@
 // scattering optical depth. One workgroup per item, one invocation per column and slice of it. CPU reference:
 // crates/gobo-reference/src/air.rs. Rust: crates/gobo-picture/src/stage/air.rs.
 
-import choice::aside::{aside, lay_aside, open_asides};
-import package::bind::read::{air_ends, air_items};
+import package::bind::picture_in::{air_ends, air_items, air_params};
+import package::bind::picture_out::sources;
 import package::bind::sampled::lights;
-import package::bind::stored::sources;
-import package::bind::uniform::{air_params, picture_params, views};
-import package::records::air_item::{AIR_BLOCK, AIR_RUN, ITEM_COUNT, ITEM_HEAD, MAX_AIR_RUNS};
-import package::records::air_params::AIR_CELL;
+import package::bind::uniform::{picture_params, views};
 import package::records::light::{GpuLight, LIGHT_DIRECTIONAL, LIGHT_SPOT, SHAFTS_BIT, light_record};
-import package::shade::air_blocks::{air_size, block_column, item_rows};
+import package::records::picture::AIR_CELL;
+import package::shade::air::{air_shift, sample_offset};
+import package::shade::air_items::{
+    AIR_BLOCK, AIR_RUN, ITEM_COUNT, ITEM_HEAD, MAX_AIR_RUNS, air_size, block_column, item_rows,
+};
 import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
-import package::shade::phase::phase;
-import package::shade::sample_offset::{air_shift, sample_offset};
+import package::shade::shading::phase;
 import package::shade::shadow::shadow;
+import choice::aside::{aside, lay_aside, open_asides};
 
 // Angle at a lamp between two samples [radians]: half a degree.
 const SAMPLE_ANGLE: f32 = 0.0087266;

@@ -2,15 +2,12 @@
 // blocks that a band sees. CPU reference: crates/gobo-reference/src/air.rs. Rust:
 // crates/gobo-picture/src/stage/air.rs.
 
-import package::bind::changed::air_items;
-import package::bind::read::air_ends;
-import package::bind::sampled::sources;
-import package::bind::stored::air;
-import package::bind::uniform::{air_params, views};
-import package::records::air_params::AIR_CELL;
-import package::records::air_item::{AIR_BLOCK, ITEM_COUNT};
-import package::shade::air_blocks::{air_size, band_blocks, block_column};
-import package::shade::sample_offset::air_shift;
+import package::bind::picture_in::{air_ends, air_params, sources};
+import package::bind::picture_out::{air, air_items};
+import package::bind::uniform::views;
+import package::records::picture::AIR_CELL;
+import package::shade::air::air_shift;
+import package::shade::air_items::{AIR_BLOCK, ITEM_COUNT, air_size, band_blocks, block_column};
 
 const THIN: f32 = 1e-3; // optical depth; the next term of the series is a sixth of its square
 

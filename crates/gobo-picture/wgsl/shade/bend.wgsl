@@ -3,7 +3,7 @@
 // the body's own thickness. CPU reference: crates/gobo-reference/src/refraction.rs.
 
 import package::bind::uniform::materials;
-import package::records::setup::{BACK_BIT, setup_texel};
+import package::records::footprint::{BACK_BIT, setup_texel};
 import package::records::view::GpuView;
 import package::shade::layer::NOWHERE;
 import package::shade::surface::world_point;

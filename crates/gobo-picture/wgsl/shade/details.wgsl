@@ -1,14 +1,15 @@
 // Properties of an opaque surface that images give texel by texel. CPU reference:
-// crates/gobo-reference/src/shade/details.rs.
+// crates/gobo-reference/src/shade/details.rs, crates/gobo-reference/src/shade/mod.rs,
+// crates/gobo-reference/src/shade/seen.rs.
 
 import package::bind::sampled::triangles;
 import package::bind::uniform::materials;
-import package::features::{HAS_COATS, HAS_DETAILS};
+import package::features::{HAS_COATS, HAS_DETAILS, HAS_FAR_SIDES, HAS_TEXTURES};
 import package::hit::triangle::triangle_image;
-import package::records::material::{DETAILS_SHIFT, GpuMaterial, NO_TEXTURE};
+import package::records::material::{DETAILS_SHIFT, GpuMaterial, NO_TEXTURE, far_side_of};
 import package::records::point::{Coat, NO_COAT};
 import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
-import package::shade::surface::triangle_normal;
+import package::shade::normals::triangle_normal;
 
 struct Details {
     normal: vec3<f32>, // unit, on the eye's side of the face
@@ -98,4 +99,34 @@ fn flat_axis(axis: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     let unit = axis / max(max(abs(axis.x), max(abs(axis.y), abs(axis.z))), 1e-30);
     let flat = unit - normal * dot(unit, normal);
     return flat / max(length(flat), 1e-6);
+}
+
+// Emission of a triangle.
+fn emission_at(material: GpuMaterial, setup: u32, pixel: vec2<f32>, barycentric: vec3<f32>) -> vec3<f32> {
+    if HAS_TEXTURES && material.emissive_texture != NO_TEXTURE {
+        let layer = material.emissive_texture;
+        let size = material.emissive_size;
+        return material.emission * triangle_image(layer, size, setup, pixel, barycentric, true).rgba.rgb;
+    }
+    return material.emission;
+}
+
+// Light that surfaces scatter to their far side.
+struct FarSide {
+    is_there: bool,
+    color: vec3<f32>, // share of the light from the far side that is scattered
+    near: f32,        // share of the light on this side that stays
+}
+
+fn far_side(material: GpuMaterial, setup: u32, pixel: vec2<f32>, barycentric: vec3<f32>) -> FarSide {
+    let index = far_side_of(material);
+    if !HAS_FAR_SIDES || index == 0u {
+        return FarSide(false, vec3(0.0), 1.0);
+    }
+    let far = materials[index - 1u];
+    var color = far.tint.rgb;
+    if HAS_TEXTURES && far.texture != NO_TEXTURE {
+        color *= triangle_image(far.texture, far.texture_size, setup, pixel, barycentric, false).rgba.rgb;
+    }
+    return FarSide(true, color, 1.0 - far.transmission);
 }

@@ -1,7 +1,7 @@
 // Radiance of the background or environment from a direction, prefiltered for reflections. CPU reference:
 // `from_around` in crates/gobo-reference/src/shading/mod.rs; the maps are made in src/model/environment.rs.
 
-import package::bind::sampled::environment;
+import package::bind::picture_in::environment;
 import package::bind::uniform::picture_params;
 import package::features::HAS_ENVIRONMENT;
 import package::records::record::record_texel;

@@ -1,13 +1,14 @@
 // shade, clip: tiles of each footprint that are in a band, if the picture has too many pairs to bin at once.
 // One invocation per footprint. Rust: crates/gobo-picture/src/stage/shade.rs.
 
+import package::bind::picture_in::band;
+import package::bind::picture_out::clipped_rects;
 import package::bind::sampled::rects;
-import package::bind::stored::clipped_rects;
-import package::bind::uniform::{band, point_batch};
+import package::bind::uniform::point_batch;
 import package::features::HAS_GAUSSIANS;
 import package::records::outline::{is_outlined, load_outline, outlined_tiles};
 import package::records::record::record_texel;
-import package::records::tile_rect::WHOLE;
+import package::records::tile::WHOLE;
 
 override WORKGROUP_SIZE: u32;
 

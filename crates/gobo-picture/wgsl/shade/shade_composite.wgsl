@@ -2,10 +2,9 @@
 // of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::changed::pixels;
-import package::bind::sampled::{blended_tiles, layers, lit, seen_pixels};
-import package::bind::stored::radiance;
-import package::bind::uniform::{band, views};
+import package::bind::picture_in::{band, blended_tiles, layers, lit, seen_pixels};
+import package::bind::picture_out::{pixels, radiance};
+import package::bind::uniform::views;
 import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
 import package::records::light::cluster_list;
 import package::records::point::{POINT_NONE, load_point};
@@ -15,9 +14,9 @@ import package::shade::air::air_at;
 import package::shade::band::band_pixel;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
 import package::shade::tone::on_screen;
+import package::traversal::lane::LANES;
 import choice::ambient::{IS_LAST, keep_ambient};
 import choice::refraction::{REFRACTS, keep_behind, keep_bend, keep_straight};
-import package::traversal::lane::LANES;
 
 fn light_of(point: u32) -> vec3<f32> {
     return textureLoad(lit, record_texel(point), 0).rgb;

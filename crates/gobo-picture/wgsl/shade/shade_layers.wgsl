@@ -3,22 +3,17 @@
 // several rounds, each of which continues the one before. CPU reference:
 // crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::changed::carried;
-import package::bind::read::layered_tiles;
-import package::bind::sampled::{seen_pixels, tiles};
-import package::bind::stored::layers;
-import package::bind::uniform::band;
+import package::accumulator::layers::{Waiting, color, far, finish, near, pane_count, passed, start};
+import package::bind::picture_in::{band, layered_tiles, seen_pixels};
+import package::bind::picture_out::{carried, layers};
+import package::bind::sampled::tiles;
 import package::features::{HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
-import package::records::layered_tile::LAYERED_HEAD;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::shade::band::{ROUND_LENGTH, tile_pixel};
 import package::shade::bend::{aside, bent, bent_by, blur_square, entered};
-import package::shade::camera::camera;
-import package::shade::cost::walked;
-import package::shade::fog::{inside, reached};
-import package::shade::layer::LAYER_TEXELS;
-import package::accumulator::layers::{Waiting, color, far, finish, near, pane_count, passed, start};
+import package::shade::camera::{camera, inside, reached, walked};
+import package::shade::layer::{LAYERED_HEAD, LAYER_TEXELS};
 import package::traversal::lane::LANES;
 import choice::traversal::walk;
 

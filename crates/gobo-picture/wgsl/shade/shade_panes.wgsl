@@ -1,25 +1,28 @@
 // shade, panes: the two nearest panes of the pixels of a band, as points. One invocation per pane. CPU
 // reference: crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::sampled::layers;
-import package::bind::uniform::{band, materials, views};
+import package::bind::picture_in::{band, layers};
+import package::bind::uniform::{materials, views};
 import package::hit::triangle::{triangle_hit, triangle_weights};
+import package::records::footprint::setup_texel;
 import package::records::light::cluster_of;
-import package::records::owner::owner_tag;
+import package::records::mask::pixel_number;
 import package::records::material::TRANSFER_SMOKE;
-import package::records::point::{NO_COAT, POINT_COVER, POINT_LEAF, POINT_PANE, Point, pixel_number};
+import package::records::point::{NO_COAT, POINT_COVER, POINT_LEAF, POINT_PANE, Point};
+import package::records::point_list::{point_at, point_count};
 import package::records::record::record_texel;
-import package::records::setup::setup_texel;
+import package::records::texel::owner_tag;
 import package::records::view::GpuView;
 import package::shade::band::indexed_pixel;
+import package::shade::details::far_side;
 import package::shade::environment::from_around;
-import package::shade::far_side::far_side;
-import package::shade::irradiance::irradiance;
-import package::shade::layer::{LAYER_TEXELS, Pane, pane_of};
-import package::shade::listed_point::{point_at, point_count};
-import package::shade::pane::{mirrored_share, scattered_share, seen_color, pane_gloss};
-import package::shade::store_point::store_point;
-import package::shade::surface::{eye, normals_at, pane_caster, world_point};
+import package::shade::layer::{
+    LAYER_TEXELS, Pane, mirrored_share, pane_gloss, pane_of, scattered_share, seen_color,
+};
+import package::shade::normals::{normals_at, pane_caster};
+import package::shade::points::store_point;
+import package::shade::shading::irradiance;
+import package::shade::surface::{eye, world_point};
 
 override WORKGROUP_SIZE: u32;
 

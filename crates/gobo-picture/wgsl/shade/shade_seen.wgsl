@@ -3,17 +3,15 @@
 // iterations of an invocation. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::changed::carried;
+import package::accumulator::seen::{nearest, seen, seen_setup, start};
+import package::bind::picture_in::band;
+import package::bind::picture_out::{carried, seen_pixels};
 import package::bind::sampled::tiles;
-import package::bind::stored::seen_pixels;
-import package::bind::uniform::band;
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
-import package::shade::append_point::empty_lists;
 import package::shade::band::{ROUND_LENGTH, band_pixel};
-import package::shade::camera::camera;
-import package::shade::cost::walked;
-import package::accumulator::seen::{nearest, seen, seen_setup, start};
+import package::shade::camera::{camera, walked};
+import package::shade::points::empty_lists;
 import package::traversal::lane::LANES;
 import choice::traversal::walk;
 

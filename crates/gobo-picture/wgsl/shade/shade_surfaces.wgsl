@@ -2,42 +2,38 @@
 // invocation per pixel of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
-import choice::catcher::caught;
-import package::bind::sampled::{casters, seen_pixels};
-import package::bind::stored::lit;
+import package::bind::picture_in::seen_pixels;
+import package::bind::picture_out::lit;
+import package::bind::sampled::casters;
 import package::bind::uniform::{materials, views};
 import package::features::{
     HAS_CAPSULES, HAS_COATS, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
 };
 import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
-import package::records::capsule::capsule_of;
-import package::records::caster::{look_material, particle_object};
-import package::records::color::unpack_color;
+import package::records::caster::{capsule_of, look_material, particle_object};
+import package::records::footprint::setup_texel;
 import package::records::light::cluster_of;
+import package::records::mask::pixel_number;
 import package::records::material::{
     GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear, shows_color, shows_surroundings,
 };
-import package::records::owner::owner_tag;
-import package::records::point::{
-    NO_COAT, POINT_LEAF, POINT_NONE, POINT_SOLID, Point, pixel_number,
-};
+import package::records::pack::unpack_color;
+import package::records::point::{NO_COAT, POINT_LEAF, POINT_NONE, POINT_SOLID, Point};
 import package::records::point_list::SURFACE_LIST;
 import package::records::record::{TRIANGLE_BIT, record_texel};
-import package::records::setup::setup_texel;
+import package::records::texel::owner_tag;
 import package::records::view::GpuView;
-import package::shade::append_point::append_point;
 import package::shade::band::band_pixel;
 import package::shade::coat::{coat_mirrored, past_coat};
-import package::shade::details::details_at;
-import package::shade::emission::emission_at;
+import package::shade::details::{details_at, emission_at, far_side};
 import package::shade::environment::from_around;
-import package::shade::far_side::far_side;
-import package::shade::irradiance::irradiance;
+import package::shade::normals::{normals_at, rounded};
 import package::shade::point_light::ambient;
-import package::shade::shading::mirrored_solid;
-import package::shade::store_point::store_point;
-import package::shade::surface::{eye, normals_at, rounded, world_point};
+import package::shade::points::{append_point, store_point};
+import package::shade::shading::{irradiance, mirrored_solid};
+import package::shade::surface::{eye, world_point};
 import package::traversal::lane::LANES;
+import choice::catcher::caught;
 
 fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
     let ray = normalize(world_point(view, pixel, 1.0) - eye());

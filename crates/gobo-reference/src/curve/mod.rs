@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/light.wgsl`: transmittance
+//! CPU reference of `wgsl/curve/node.wgsl`, `wgsl/curve/list.wgsl` and `wgsl/curve/node.wgsl`: transmittance
 //! as a function of depth, along the ray of one texel.
 //!
 //! A curve is a list of *ramps*, nearest first: between a ramp's start and end, light falls linearly from the

@@ -23,15 +23,13 @@ use super::{
     threads::each,
     tile::{Tile, TileTexels},
 };
+use crate::records::{AirParams, OcclusionRadius};
 use gobo::{
     model::{
         BRICK_SIZE, Casters, Class, Gaussian, Grid, Material, Particle, Scene, Shape, Strand,
         Triangle, View, black_body,
     },
-    records::{
-        AirParams, FormerSlots, GpuView, ImageDetail, MaskSlots, OcclusionRadius, Picture,
-        TRIANGLE_BIT, ViewMaps,
-    },
+    records::{FormerSlots, GpuView, ImageDetail, MaskSlots, Picture, TRIANGLE_BIT, ViewMaps},
 };
 pub use mean_picture::MeanPicture;
 pub use surfaces::{Surface, surfaces};

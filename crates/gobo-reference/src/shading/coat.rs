@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/shade/coat.wgsl`: a clear coat over an opaque surface, as of glass
+//! CPU reference of `crates/gobo-picture/wgsl/shade/coat.wgsl`: a clear coat over an opaque surface, as of glass
 //! (`KHR_materials_clearcoat`).
 use super::reflectance::{HEAD_ON, lobe, rising};
 use glam::Vec3;

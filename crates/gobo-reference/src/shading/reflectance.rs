@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/shade/shading.wgsl`, `strand.wgsl` and `phase.wgsl`: shares of light that surfaces,
-//! particles and bricks send to the eye.
+//! CPU reference of `crates/gobo-picture/wgsl/shade/shading.wgsl`: shares of light that surfaces, particles
+//! and bricks send to the eye.
 use super::{Point, PointKind};
 use crate::air::phase;
 use glam::Vec3;

@@ -22,7 +22,7 @@ mod tiff;
 mod voxels;
 mod vti;
 
-pub(super) use bricks::tree_of;
+pub(super) use bricks::{DenseBricks, fitting_bricks};
 pub(super) use voxels::Dense;
 
 use super::{SceneError, read, vdb::VolumeFault};

@@ -4,6 +4,9 @@ use serde_json::Value;
 
 const EXTENSION: &str = "KHR_gaussian_splatting";
 
+/// Highest degree of spherical harmonics.
+const MOST_DEGREES: usize = 4;
+
 /// Extensions for an SPZ file in a view: a draft, and its later name.
 pub(crate) const SPZ: [&str; 2] =
     ["KHR_gaussian_splatting_compression_spz_2", "KHR_gaussian_splatting_compression_spz"];
@@ -26,8 +29,10 @@ pub(crate) enum Stored {
         scale: usize,
         opacity: usize,
         color: usize,
-        /// Coefficients of higher spherical harmonics.
-        harmonics: usize,
+        /// Coefficients of higher spherical harmonics, of whole degrees.
+        harmonics: Vec<usize>,
+        /// Number of attributes of such coefficients.
+        named: usize,
     },
     /// In an SPZ file, in a view.
     Spz { view: usize },
@@ -81,13 +86,18 @@ fn splat_primitive(
     let named = |name: &str| attribute(&format!("{EXTENSION}:{name}"));
     let attributes = primitive.get("attributes").and_then(Value::as_object);
     let names = attributes.into_iter().flat_map(serde_json::Map::keys);
+    let of_degree = |degree: usize| -> Option<Vec<usize>> {
+        let name = |i: usize| format!("SH_DEGREE_{degree}_COEF_{i}");
+        (0..=2 * degree).map(|i| named(&name(i)).ok()).collect()
+    };
     let stored = Stored::Attributes {
         position: attribute("POSITION")?,
         rotation: named("ROTATION")?,
         scale: named("SCALE")?,
         opacity: named("OPACITY")?,
         color: named("SH_DEGREE_0_COEF_0")?,
-        harmonics: names.filter(|name| name.contains(":SH_DEGREE_")).count().saturating_sub(1),
+        harmonics: (1..=MOST_DEGREES).map_while(of_degree).flatten().collect(),
+        named: names.filter(|name| name.contains(":SH_DEGREE_")).count().saturating_sub(1),
     };
     Ok(SplatPrimitive { mesh, stored })
 }

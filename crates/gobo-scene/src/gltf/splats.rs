@@ -9,10 +9,10 @@ use super::{
 use crate::{
     SceneError,
     limits::Limit,
-    splats::{HARMONIC, SplatCloud, Spz},
+    splats::{HARMONIC, Harmonics, SplatCloud, Spz},
 };
 use ::gltf::accessor::Dimensions;
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3};
 use gobo::model::Gaussian;
 use std::{
     collections::{HashMap, hash_map::Entry},
@@ -23,23 +23,8 @@ use std::{
 pub(crate) fn read(path: &Path) -> Result<SplatCloud, SceneError> {
     let file = GltfFile::open(path)?;
     let fault = |(message, help): (String, &'static str)| file.invalid(message, help);
-    if file.splats.is_empty() {
-        return Err(file.invalid("holds no splats", "name it in a [[mesh]], or export splats"));
-    }
-    let mut opened = HashMap::new();
-    let mut places = Vec::new();
-    let mut uses = 0;
-    for (mesh, world) in meshes(&file)? {
-        for (i, primitive) in file.splats.iter().enumerate().filter(|(_, p)| p.mesh == mesh) {
-            let source = match opened.entry(i) {
-                Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(new) => new.insert(PrimitiveSplats::open(&file, primitive)?),
-            };
-            uses = Limit::Splats.grown_in(path, uses, source.count() as u64)?;
-            places.push((i, world));
-        }
-    }
-    let mut cloud = SplatCloud::with_room(uses).map_err(fault)?;
+    let UsedSplats { opened, places, count } = UsedSplats::open(&file, false)?;
+    let mut cloud = SplatCloud::with_room(count).map_err(fault)?;
     for (i, world) in &places {
         let source = &opened[i];
         for i in 0..source.count() {
@@ -51,6 +36,66 @@ pub(crate) fn read(path: &Path) -> Result<SplatCloud, SceneError> {
     }
     cloud.leave_out_harmonics(opened.values().map(PrimitiveSplats::harmonics).max().unwrap_or(0));
     Ok(cloud.finish())
+}
+
+/// Reads the coefficients of higher harmonics, in the order of [`read`]; `None` if nodes rotate or mirror
+/// splats, whose coefficients would be others.
+pub(crate) fn harmonics(path: &Path) -> Result<Option<Harmonics>, SceneError> {
+    let file = GltfFile::open(path)?;
+    let fault = |(message, help): (String, &'static str)| file.invalid(message, help);
+    let UsedSplats { opened, places, .. } = UsedSplats::open(&file, true)?;
+    if places.iter().any(|(_, world)| is_turned(world)) {
+        return Ok(None);
+    }
+    let mut own = HashMap::new();
+    for (i, source) in &opened {
+        own.insert(*i, source.all_harmonics(&file)?);
+    }
+    let parts: Vec<_> = places.iter().map(|(i, _)| (&own[i], opened[i].count() as u64)).collect();
+    Harmonics::joined(&parts).map(Some).map_err(fault)
+}
+
+/// Whether a transform does more than move and stretch along the axes.
+fn is_turned(world: &Mat4) -> bool {
+    let matrix = Mat3::from_mat4(*world);
+    let along = Vec3::new(matrix.x_axis.x, matrix.y_axis.y, matrix.z_axis.z);
+    let turned = matrix - Mat3::from_diagonal(along);
+    let rest = turned.to_cols_array().into_iter().fold(0.0, |most: f32, part| most.max(part.abs()));
+    !(along.min_element() > 0.0 && rest <= 1e-5 * along.max_element())
+}
+
+/// The primitives of splats that nodes use.
+struct UsedSplats<'a> {
+    /// By their index among all primitives of splats.
+    opened: HashMap<usize, PrimitiveSplats<'a>>,
+    /// Each use: the index, and the transform. World space = transform * the mesh's space.
+    places: Vec<(usize, Mat4)>,
+    /// Splats of all uses.
+    count: u64,
+}
+
+impl<'a> UsedSplats<'a> {
+    /// `is_whole`: with harmonics.
+    fn open(file: &'a GltfFile, is_whole: bool) -> Result<Self, SceneError> {
+        if file.splats.is_empty() {
+            return Err(file.invalid("holds no splats", "name it in a [[mesh]], or export splats"));
+        }
+        let mut used = Self { opened: HashMap::new(), places: Vec::new(), count: 0 };
+        for (mesh, world) in meshes(file)? {
+            for (i, primitive) in file.splats.iter().enumerate().filter(|(_, p)| p.mesh == mesh) {
+                let source = match used.opened.entry(i) {
+                    Entry::Occupied(known) => known.into_mut(),
+                    Entry::Vacant(new) => {
+                        new.insert(PrimitiveSplats::open(file, primitive, is_whole)?)
+                    }
+                };
+                used.count =
+                    Limit::Splats.grown_in(&file.path, used.count, source.count() as u64)?;
+                used.places.push((i, world));
+            }
+        }
+        Ok(used)
+    }
 }
 
 /// Meshes of all nodes, with their transforms. World space = transform * the mesh's space.
@@ -73,7 +118,11 @@ enum PrimitiveSplats<'a> {
 }
 
 impl<'a> PrimitiveSplats<'a> {
-    fn open(file: &'a GltfFile, primitive: &SplatPrimitive) -> Result<Self, SceneError> {
+    fn open(
+        file: &'a GltfFile,
+        primitive: &SplatPrimitive,
+        is_whole: bool,
+    ) -> Result<Self, SceneError> {
         let Stored::Spz { view } = primitive.stored else {
             return SplatAttributes::new(file, primitive)
                 .map(|columns| Self::Attributes(Box::new(columns)));
@@ -84,7 +133,8 @@ impl<'a> PrimitiveSplats<'a> {
         let fault = |(message, help): (String, &'static str)| {
             file.invalid(format!("mesh {}: SPZ: {message}", primitive.mesh), help)
         };
-        Spz::open(file.view(&view)?).map(Self::Spz).map_err(fault)
+        let open = if is_whole { Spz::open_whole } else { Spz::open };
+        open(file.view(&view)?).map(Self::Spz).map_err(fault)
     }
 
     fn count(&self) -> usize {
@@ -104,9 +154,24 @@ impl<'a> PrimitiveSplats<'a> {
     /// Coefficients of higher harmonics per channel.
     fn harmonics(&self) -> usize {
         match self {
-            Self::Attributes(columns) => columns.harmonics,
+            Self::Attributes(columns) => columns.named,
             Self::Spz(spz) => spz.harmonics(),
         }
+    }
+
+    /// Coefficients of higher harmonics of all its splats; an SPZ file must have been opened whole.
+    fn all_harmonics(&self, file: &GltfFile) -> Result<Harmonics, SceneError> {
+        let fault = |(message, help): (String, &'static str)| file.invalid(message, help);
+        let columns = match self {
+            Self::Spz(spz) => return spz.all_harmonics().map_err(fault),
+            Self::Attributes(columns) => columns,
+        };
+        let count = columns.harmonics.len();
+        let mut all = Harmonics::with_room(count, self.count() as u64).map_err(fault)?;
+        for i in 0..self.count() {
+            all.coefficients.extend(columns.harmonics.iter().map(|items| items.floats::<3>(i)));
+        }
+        Ok(all)
     }
 }
 
@@ -117,7 +182,9 @@ struct SplatAttributes<'a> {
     scale: Items<'a>,
     opacity: Items<'a>,
     color: Items<'a>,
-    harmonics: usize,
+    harmonics: Vec<Items<'a>>,
+    /// Number of attributes of harmonics, also of incomplete degrees.
+    named: usize,
     is_logarithm: bool,
 }
 
@@ -134,7 +201,7 @@ impl<'a> SplatAttributes<'a> {
             file.check(&accessor, accessor.size())?;
             file.items(&accessor)
         };
-        let Stored::Attributes { position, rotation, scale, opacity, color, harmonics } =
+        let Stored::Attributes { position, rotation, scale, opacity, color, ref harmonics, named } =
             primitive.stored
         else {
             return Err(file.invalid("splats without attributes", help));
@@ -145,12 +212,16 @@ impl<'a> SplatAttributes<'a> {
             scale: items(scale, Dimensions::Vec3)?,
             opacity: items(opacity, Dimensions::Scalar)?,
             color: items(color, Dimensions::Vec3)?,
-            harmonics,
+            harmonics: harmonics
+                .iter()
+                .map(|&index| items(index, Dimensions::Vec3))
+                .collect::<Result<_, _>>()?,
+            named,
             is_logarithm: false,
         };
         let count = columns.position.count;
         let others = [&columns.rotation, &columns.scale, &columns.opacity, &columns.color];
-        if others.iter().any(|other| other.count != count) {
+        if others.into_iter().chain(&columns.harmonics).any(|other| other.count != count) {
             let message = format!("mesh {}: attributes of splats differ in count", primitive.mesh);
             return Err(file.invalid(message, help));
         }

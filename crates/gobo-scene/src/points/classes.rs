@@ -1,5 +1,5 @@
 //! Colours of points: their own, or grey by the strength of the echo, or by their class.
-use super::Points;
+use super::{Fault, Points};
 use glam::Vec3;
 use std::path::Path;
 
@@ -41,7 +41,11 @@ pub(super) fn colors(points: &mut Points, notes: &mut Vec<String>, path: &Path) 
     let count = points.positions.len();
     // A file may have colours of some points only.
     let is_whole = |length: usize| length == count;
-    if is_whole(points.colors.len()) && points.colors.iter().any(|color| *color != Vec3::ZERO) {
+    let is_colored = match &points.part {
+        Some(part) => part.is_colored,
+        None => points.colors.iter().any(|color| *color != Vec3::ZERO),
+    };
+    if is_whole(points.colors.len()) && is_colored {
         return std::mem::take(&mut points.colors);
     }
     let mut note = |words: &str| {
@@ -49,14 +53,24 @@ pub(super) fn colors(points: &mut Points, notes: &mut Vec<String>, path: &Path) 
             notes.push(format!("{}: {words}", path.display()));
         }
     };
-    if is_whole(points.intensities.len()) && points.intensities.iter().any(|echo| *echo > 0.0) {
+    let white = match &points.part {
+        Some(part) => part.quantile(WHITE),
+        None => white(&points.intensities),
+    };
+    if let Some(white) = white.filter(|_| is_whole(points.intensities.len())) {
         note("points have no colours: they are grey by their intensity");
-        let white = white(&points.intensities);
         let grey = |echo: &f32| Vec3::splat((echo / white).clamp(DARKEST, 1.0));
         return points.intensities.iter().map(grey).collect();
     }
     let color = |class: &u8| COLORS.iter().find(|known| known.0 == *class).map(|known| known.1);
-    if is_whole(points.classes.len()) && points.classes.iter().any(|class| color(class).is_some()) {
+    let is_known = |class: &u8| color(class).is_some();
+    let is_classed = match &points.part {
+        Some(part) => {
+            (0..=u8::MAX).any(|class| part.classes[usize::from(class)] && is_known(&class))
+        }
+        None => points.classes.iter().any(is_known),
+    };
+    if is_whole(points.classes.len()) && is_classed {
         note("points have neither colours nor intensity: their colours are those of their classes");
         return points.classes.iter().map(|class| color(class).unwrap_or(PLAIN)).collect();
     }
@@ -64,9 +78,21 @@ pub(super) fn colors(points: &mut Points, notes: &mut Vec<String>, path: &Path) 
     Vec::new()
 }
 
-/// Strength of the echo that is shown white.
-fn white(intensities: &[f32]) -> f32 {
+/// Alphas of all classes, 1 unless given.
+pub(super) fn alphas(points: &Points, given: &[(u8, f32)]) -> Result<[f32; 256], Fault> {
+    if points.classes.len() < points.positions.len() {
+        return Err(("its points have no classes".to_owned(), "remove `classes`"));
+    }
+    let mut alphas = [1.0; 256];
+    for &(class, alpha) in given {
+        alphas[usize::from(class)] = alpha;
+    }
+    Ok(alphas)
+}
+
+/// Strength of the echo that is shown white; `None` without echoes.
+fn white(intensities: &[f32]) -> Option<f32> {
     let mut sorted: Vec<f32> = intensities.iter().copied().filter(|echo| *echo > 0.0).collect();
-    let at = ((sorted.len() - 1) as f64 * WHITE) as usize;
-    *sorted.select_nth_unstable_by(at, f32::total_cmp).1
+    let at = (sorted.len().checked_sub(1)? as f64 * WHITE) as usize;
+    Some(*sorted.select_nth_unstable_by(at, f32::total_cmp).1)
 }

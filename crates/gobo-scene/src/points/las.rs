@@ -4,7 +4,9 @@ use super::{
     classes::is_noise,
     copc::{self, OctreeNode},
     linear,
+    part::Part,
 };
+use crate::{read::Readable, share::Share};
 use glam::{DVec3, Vec3};
 use laz::{
     LasZipDecompressor, LazVlr,
@@ -127,21 +129,34 @@ pub(super) fn facts(head: &[u8]) -> Vec<(&'static str, String)> {
     ]
 }
 
-pub(super) fn read(bytes: &[u8], room: Room) -> Result<Points, Fault> {
-    let header = LasHeader::parse(bytes)?;
-    let count = header.count;
-    let mut reader = Reader { points: Points::default(), header, brightest: 0 };
-    if count > room.most() && reader.header.is_packed && copc::has_octree(bytes) {
+/// Whether a file, by its head, has records without compression.
+pub(super) fn is_plain(head: &[u8]) -> bool {
+    LasHeader::parse(head).is_ok_and(|header| !header.is_packed)
+}
+
+/// Reads a file of `length` bytes without compression, some records at a time; parameters as of [`read`].
+pub(super) fn read_plain(
+    head: &[u8],
+    length: u64,
+    source: &mut dyn Readable,
+    room: Room,
+    share: Option<Share>,
+) -> Result<Points, Fault> {
+    let mut reader = Reader::new(LasHeader::parse(head)?);
+    reader.make_room(room, share)?;
+    reader.plain(source, length)?;
+    Ok(reader.finish())
+}
+
+/// Reads a compressed file; of a `share` its points alone, unless the file is read by levels of detail.
+pub(super) fn read(bytes: &[u8], room: Room, share: Option<Share>) -> Result<Points, Fault> {
+    let mut reader = Reader::new(LasHeader::parse(bytes)?);
+    if reader.header.count > room.most() && copc::has_octree(bytes) {
         reader.levels(bytes, room.most())?;
         return Ok(reader.finish());
     }
-    room.check(count)?;
-    reader.points.reserve(count as usize)?;
-    if reader.header.is_packed {
-        reader.packed(bytes)?;
-    } else {
-        reader.plain(bytes)?;
-    }
+    reader.make_room(room, share)?;
+    reader.packed(bytes)?;
     Ok(reader.finish())
 }
 
@@ -158,16 +173,28 @@ struct Reader {
 }
 
 impl Reader {
-    fn plain(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        let (size, count) = (usize::from(self.header.size), self.header.count as usize);
-        let rest = usize::try_from(self.header.start).ok().and_then(|start| bytes.get(start..));
-        let rest = rest.unwrap_or_default();
-        if rest.len() / size < count {
-            let have = rest.len() / size;
+    fn new(header: LasHeader) -> Self {
+        Self { points: Points::default(), header, brightest: 0 }
+    }
+
+    /// Makes room for all points, or those of a share.
+    fn make_room(&mut self, room: Room, share: Option<Share>) -> Result<(), Fault> {
+        let count = self.header.count;
+        let own = share.map_or(count, |share| share.count_of(count));
+        room.check(own)?;
+        self.points.part = share.map(Part::new);
+        self.points.reserve(own as usize)
+    }
+
+    fn plain(&mut self, source: &mut dyn Readable, length: u64) -> Result<(), Fault> {
+        let (start, count) = (self.header.start, self.header.count);
+        let have = length.saturating_sub(start) / u64::from(self.header.size);
+        if have < count {
             return Err((format!("the file ends in point {} of {count}", have + 1), DAMAGED));
         }
-        rest.chunks_exact(size).take(count).for_each(|record| self.push(record));
-        Ok(())
+        let bad = |error| (format!("its points cannot be read: {error}"), DAMAGED);
+        source.seek(SeekFrom::Start(start)).map_err(bad)?;
+        self.batches(count, |part| source.read_exact(part).map_err(bad))
     }
 
     /// The parameters of the compression.

@@ -6,6 +6,7 @@ mod copc;
 mod e57;
 mod las;
 mod lzf;
+mod part;
 mod pcd;
 mod pcd_header;
 mod spacing;
@@ -16,9 +17,11 @@ use super::{
     limits::{self, Limit},
     particles::{FARTHEST, ParticleFile, linear_from_srgb},
     read,
+    share::Share,
 };
 use glam::{DVec3, Vec3};
-use gobo::model::{Particle, Skipped};
+use gobo::model::{Bounds, Particle, Skipped};
+use part::Part;
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
@@ -92,6 +95,8 @@ struct Points {
     rows: Vec<u32>,
     skipped: Skipped,
     notes: Vec<String>,
+    /// State of a share, if only its points are kept.
+    part: Option<Part>,
 }
 
 /// A point of a file.
@@ -114,12 +119,19 @@ impl Points {
         Err((format!("no memory for {more} points ({} MiB)", bytes >> 20), help))
     }
 
+    /// Number of rows so far.
     fn row(&self) -> u64 {
-        self.positions.len() as u64 + self.skipped.values().sum::<u64>()
+        let others = self.part.as_ref().map_or(0, |part| part.others);
+        self.positions.len() as u64 + others + self.skipped.values().sum::<u64>()
+    }
+
+    /// Whether rows have other numbers than their points in the lists.
+    fn has_gaps(&self) -> bool {
+        self.part.is_some() || !self.skipped.is_empty()
     }
 
     fn skip(&mut self, reason: &'static str) {
-        if self.skipped.is_empty() {
+        if !self.has_gaps() {
             self.rows = (0..self.row() as u32).collect();
         }
         *self.skipped.entry(reason).or_default() += 1;
@@ -130,8 +142,12 @@ impl Points {
         if !point.position.is_finite() {
             return self.skip("not finite");
         }
-        if !self.skipped.is_empty() {
-            self.rows.push(self.row() as u32);
+        let row = self.row();
+        if self.part.as_mut().is_some_and(|part| !part.takes(row, &point)) {
+            return;
+        }
+        if self.has_gaps() {
+            self.rows.push(row as u32);
         }
         self.positions.push(point.position);
         self.colors.extend(point.color);
@@ -147,7 +163,7 @@ fn linear(rgb: [f32; 3]) -> Vec3 {
 
 /// Target of a file's points.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PointsWanted {
+pub(super) struct PointsWanted<'a> {
     pub(super) material: u32,
     /// Radius of all points \[m\]; `None`: by their spacing.
     pub(super) radius: Option<f32>,
@@ -156,6 +172,27 @@ pub(super) struct PointsWanted {
     pub(super) earlier: u64,
     /// Most points to read, of a file with levels of detail; `None`: as many as fit in the scene.
     pub(super) budget: Option<u64>,
+    /// Share of the points to read, where the format and a known radius allow it; `None` for all.
+    pub(super) share: Option<Share>,
+    /// Alphas by class; others have 1, and points of alpha 0 are left out.
+    pub(super) classes: Option<&'a [(u8, f32)]>,
+}
+
+impl PointsWanted<'_> {
+    /// Share that is read alone.
+    fn share_alone(&self, kind: PointsKind) -> Option<Share> {
+        self.share.filter(|_| kind == PointsKind::Las && self.radius.is_some())
+    }
+}
+
+/// A cloud as particles.
+#[derive(Debug)]
+pub(super) struct PointFile {
+    pub(super) file: ParticleFile,
+    /// Rows of the file, also skipped ones.
+    pub(super) rows: u64,
+    /// Box around the discs of all points, if the file has only those of a share.
+    pub(super) around: Option<Bounds>,
 }
 
 /// Number of points that may be read.
@@ -192,19 +229,30 @@ impl Room {
 pub(super) fn load(
     path: &Path,
     kind: PointsKind,
-    wanted: PointsWanted,
+    wanted: PointsWanted<'_>,
     origin: &mut Option<DVec3>,
-) -> Result<ParticleFile, SceneError> {
+) -> Result<PointFile, SceneError> {
     let invalid = |(message, help): Fault| SceneError::invalid(path, message, help);
+    let share = wanted.share_alone(kind);
     if let Some(count) = announced(path) {
-        Limit::Particles.grown_in(path, wanted.earlier, count)?;
+        let own = share.map_or(count, |share| share.count_of(count));
+        Limit::Particles.grown(wanted.earlier, own).map_err(|(message, help)| {
+            let lacks_radius = wanted.share.is_some() && kind == PointsKind::Las && share.is_none();
+            invalid((message, if lacks_radius { part::HELP } else { help }))
+        })?;
     }
-    let bytes = read::bytes(path)?;
     let of_scene = Limit::Particles.most().saturating_sub(wanted.earlier);
     let room = Room { of_scene, budget: wanted.budget };
+    let (head, length) = read::head(path, pcd_header::LONGEST)?;
+    if kind == PointsKind::Las && las::is_plain(&head) {
+        let mut source = read::open(path)?;
+        let points = las::read_plain(&head, length, &mut *source, room, share).map_err(invalid)?;
+        return discs(path, points, wanted, origin);
+    }
+    let bytes = read::bytes(path)?;
     // The crates for these formats may panic on damaged files.
     let read = catch_unwind(AssertUnwindSafe(|| match kind {
-        PointsKind::Las => las::read(&bytes, room),
+        PointsKind::Las => las::read(&bytes, room, share),
         PointsKind::Pcd => pcd::read(&bytes, room),
         PointsKind::E57 => e57::read(&bytes, room),
     }));
@@ -217,16 +265,24 @@ pub(super) fn load(
 /// Distance from the origin along an axis past which 32 bits round to more than a millimetre \[m\].
 const FAR: f64 = 10_000.0;
 
+/// Farthest corner of a scene \[m\].
+const FAR_CORNER: Vec3 = Vec3::splat(FARTHEST);
+
 /// Origins are multiples of this \[m\].
 const STEP: f64 = 1000.0;
 
+/// Box of all points, in the file's axes \[m\].
+fn extent(points: &Points) -> [DVec3; 2] {
+    let of_list = || {
+        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        points.positions.iter().fold(empty, |[min, max], at| [min.min(*at), max.max(*at)])
+    };
+    points.part.as_ref().map_or_else(of_list, |part| part.extent)
+}
+
 /// Origin of far points, in the file's axes: along each axis the middle of the box where that is beyond
 /// [`FAR`].
-fn far_origin(points: &Points) -> DVec3 {
-    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for position in &points.positions {
-        (min, max) = (min.min(*position), max.max(*position));
-    }
+fn far_origin([min, max]: [DVec3; 2]) -> DVec3 {
     let along = |axis: usize| {
         let farthest = min[axis].abs().max(max[axis].abs());
         let middle = 0.5 * min[axis] + 0.5 * max[axis];
@@ -242,10 +298,11 @@ fn far_origin(points: &Points) -> DVec3 {
 fn discs(
     path: &Path,
     mut points: Points,
-    wanted: PointsWanted,
+    wanted: PointsWanted<'_>,
     origin: &mut Option<DVec3>,
-) -> Result<ParticleFile, SceneError> {
-    let found = far_origin(&points);
+) -> Result<PointFile, SceneError> {
+    let (extent, rows) = (extent(&points), points.row());
+    let found = far_origin(extent);
     let base = *origin.get_or_insert(found);
     let name = path.display();
     let mut notes: Vec<String> =
@@ -256,12 +313,23 @@ fn discs(
             .push(format!("{name}: x = {x}, y = {y}, z = {z} m of the file is the scene's origin"));
     }
     let colors = classes::colors(&mut points, &mut notes, path);
+    let alphas = wanted.classes.map(|classes| classes::alphas(&points, classes)).transpose();
+    let alphas =
+        alphas.map_err(|(message, help): Fault| SceneError::invalid(path, message, help))?;
     let mut particles = Vec::new();
     limits::reserve(&mut particles, points.positions.len(), "particles", path)?;
     let mut skipped = std::mem::take(&mut points.skipped);
-    for (i, position) in points.positions.iter().enumerate() {
+    let placed = |position: DVec3| {
         let DVec3 { x, y, z } = position - base;
-        let center = DVec3::new(x, z, -y).as_vec3();
+        DVec3::new(x, z, -y).as_vec3()
+    };
+    for (i, position) in points.positions.iter().enumerate() {
+        let alpha = alphas.as_ref().map_or(1.0, |of| of[usize::from(points.classes[i])]);
+        if alpha == 0.0 {
+            *skipped.entry("class of alpha 0").or_default() += 1;
+            continue;
+        }
+        let center = placed(*position);
         if center.abs().max_element() > FARTHEST {
             *skipped.entry("too far").or_default() += 1;
             continue;
@@ -269,7 +337,7 @@ fn discs(
         let row = points.rows.get(i).copied().unwrap_or(i as u32);
         particles.push(Particle {
             center,
-            color: colors.get(i).copied().unwrap_or(classes::PLAIN).extend(1.0),
+            color: colors.get(i).copied().unwrap_or(classes::PLAIN).extend(alpha),
             material: wanted.material,
             id: wanted.first_id.wrapping_add(row),
             ..Particle::default()
@@ -283,7 +351,13 @@ fn discs(
         radius
     });
     particles.iter_mut().for_each(|particle| particle.radius = radius);
-    Ok(ParticleFile { particles, skipped, notes })
+    let around = points.part.is_some().then(|| {
+        let corners = extent.map(|corner| placed(corner).clamp(-FAR_CORNER, FAR_CORNER));
+        let is_empty = extent[0].x > extent[1].x;
+        let corners = corners.into_iter().filter(|_| !is_empty);
+        corners.fold(Bounds::EMPTY, |bounds, corner| bounds.with_sphere(corner, radius))
+    });
+    Ok(PointFile { file: ParticleFile { particles, skipped, notes }, rows, around })
 }
 
 /// Names of unread columns, for a note.

@@ -32,6 +32,11 @@ pub(super) fn is_whole(length: u64) -> bool {
     length.is_multiple_of(RECORD as u64)
 }
 
+/// Number of splats in a file of this length.
+pub(super) fn count(length: u64) -> u64 {
+    length / RECORD as u64
+}
+
 pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
     let (records, rest) = bytes.as_chunks::<RECORD>();
     if !rest.is_empty() {

@@ -16,7 +16,7 @@ pub struct Harmonics {
 
 impl Harmonics {
     /// Room for the coefficients of `splats` splats.
-    pub(super) fn with_room(count: usize, splats: u64) -> Result<Self, Fault> {
+    pub(crate) fn with_room(count: usize, splats: u64) -> Result<Self, Fault> {
         Limit::Splats.grown(0, splats)?;
         let mut coefficients = Vec::new();
         let numbers = splats as usize * count;
@@ -30,10 +30,32 @@ impl Harmonics {
         &self.coefficients[i * self.count..][..self.count]
     }
 
+    /// Those of consecutive splats.
+    pub(super) fn of_range(&self, splats: &std::ops::Range<u64>) -> Self {
+        let [start, end] = [splats.start, splats.end].map(|i| i as usize * self.count);
+        Self { count: self.count, coefficients: self.coefficients[start..end].to_vec() }
+    }
+
     /// Those of some rows.
     pub fn of_rows(&self, rows: &[u32]) -> Self {
         let of = |row: &u32| self.of(*row as usize);
         Self { count: self.count, coefficients: rows.iter().flat_map(of).copied().collect() }
+    }
+
+    /// The parts one after the other, each with its number of splats: as many coefficients as the part with
+    /// the most, which are 0 where a part has fewer.
+    pub(crate) fn joined(parts: &[(&Self, u64)]) -> Result<Self, Fault> {
+        let count = parts.iter().map(|(part, _)| part.count).max().unwrap_or(0);
+        let splats = parts.iter().fold(0, |sum: u64, (_, splats)| sum.saturating_add(*splats));
+        let mut all = Self::with_room(count, splats)?;
+        for (part, splats) in parts {
+            for i in 0..*splats as usize {
+                all.coefficients.extend_from_slice(part.of(i));
+                let full = all.coefficients.len() + count - part.count;
+                all.coefficients.resize(full, [0.0; 3]);
+            }
+        }
+        Ok(all)
     }
 
     /// Multiplies the coefficients of splat `i` by a share of each channel.

@@ -1,7 +1,10 @@
 //! `.ksplat` (mkkellogg/GaussianSplats3D, version 0.1): sections of splats, in buckets; positions are stored
 //! relative to a bucket's centre. Numbers are plain floats, halves, or halves with harmonics of 8 bits
 //! (compression levels 0, 1 and 2).
-use super::cloud::{SplatCloud, word};
+use super::{
+    cloud::{SplatCloud, word},
+    harmonics::Harmonics,
+};
 use crate::{error::Fault, limits::Limit};
 use glam::{Quat, Vec3};
 use gobo::model::Gaussian;
@@ -17,6 +20,15 @@ const CENTER: usize = 12;
 /// Numbers of higher harmonics per splat, by degree.
 const HARMONICS: [u64; 4] = [0, 9, 24, 45];
 
+/// Size of a record before its harmonics, by the level of compression \[bytes\].
+const PLAIN: [usize; 3] = [44, 24, 24];
+
+/// First number, and numbers per channel, of the bands of higher harmonics in a record: channel by channel.
+const BANDS: [(usize, usize); 3] = [(0, 3), (9, 5), (24, 7)];
+
+/// Range of harmonics in bytes unless the header states it: from its negative.
+const USUAL_HARMONIC: f32 = 1.5;
+
 /// Range of 16-bit positions unless the section states it.
 const USUAL_RANGE: u32 = 32767;
 
@@ -27,6 +39,8 @@ struct KsplatHeader {
     sections: u64,
     count: u64,
     level: u16,
+    /// Coefficients of harmonics whose bytes are 0 and 255.
+    harmonics: [f32; 2],
 }
 
 impl KsplatHeader {
@@ -39,8 +53,12 @@ impl KsplatHeader {
         let level = u16::from_le_bytes([bytes[20], bytes[21]]);
         let (most_sections, sections) = (number(1), number(2));
         let (most, count) = (number(3), number(4));
-        (level <= 2 && sections >= 1 && sections <= most_sections && count <= most)
-            .then_some(Self { sections: most_sections.into(), count: count.into(), level })
+        let given = [9, 10].map(|i| f32::from_le_bytes(word(bytes, i)));
+        let end = |given: f32, usual: f32| if given == 0.0 { usual } else { given };
+        let harmonics = [end(given[0], -USUAL_HARMONIC), end(given[1], USUAL_HARMONIC)];
+        let is_known = level <= 2 && sections >= 1 && sections <= most_sections && count <= most;
+        let (sections, count) = (most_sections.into(), count.into());
+        is_known.then_some(Self { sections, count, level, harmonics })
     }
 
     /// Offset of the data of the first section \[bytes\].
@@ -77,7 +95,7 @@ impl Section {
         let Some(&numbers) = HARMONICS.get(usize::from(degree)) else {
             return Err((format!("spherical harmonics of degree {degree}"), DAMAGED));
         };
-        let (plain, number_size) = [(44, 4), (24, 2), (24, 1)][usize::from(level)];
+        let (plain, number_size) = (PLAIN[usize::from(level)], [4, 2, 1][usize::from(level)]);
         let range = number(6);
         Ok(Self {
             count: number(0).into(),
@@ -90,7 +108,7 @@ impl Section {
             full: number(8).into(),
             partial: number(9).into(),
             degree,
-            size: plain + numbers * number_size,
+            size: plain as u64 + numbers * number_size,
         })
     }
 
@@ -110,48 +128,122 @@ pub(super) fn is_ksplat(start: &[u8], length: u64) -> bool {
     Section::parse(bytes, header.level).is_ok_and(fits)
 }
 
+/// Number of splats that a header announces.
+pub(super) fn announced(start: &[u8]) -> Option<u64> {
+    KsplatHeader::parse(start).map(|header| header.count)
+}
+
+/// A file whose counts are checked.
+struct Ksplat<'a> {
+    header: KsplatHeader,
+    sections: Vec<Section>,
+    /// Data of all sections.
+    data: &'a [u8],
+}
+
+impl<'a> Ksplat<'a> {
+    fn open(bytes: &'a [u8]) -> Result<Self, Fault> {
+        let Some(header) = KsplatHeader::parse(bytes) else {
+            return Err(("the header is not that of a .ksplat 0.1".to_owned(), DAMAGED));
+        };
+        Limit::Splats.grown(0, header.count)?;
+        let ends = |what: &str| (format!("the file ends in {what}"), DAMAGED);
+        let start = usize::try_from(header.start()).unwrap_or(usize::MAX);
+        let heads = bytes.get(HEADER..start).ok_or_else(|| ends("the headers of its sections"))?;
+        let data = &bytes[start..];
+        let sections = heads.chunks_exact(SECTION).map(|head| Section::parse(head, header.level));
+        let sections = sections.collect::<Result<Vec<_>, Fault>>()?;
+        let count: u64 = sections.iter().map(|section| section.count).sum();
+        if count != header.count {
+            let message = format!("its sections have {count} splats, and it says {}", header.count);
+            return Err((message, DAMAGED));
+        }
+        let lengths = sections.iter().map(|section| section.lengths()[1]);
+        let all = lengths.fold(0, |sum: u64, length| sum.saturating_add(length));
+        if all > data.len() as u64 {
+            let message = format!("the file ends in its sections: {} of {all} bytes", data.len());
+            return Err((message, DAMAGED));
+        }
+        Ok(Self { header, sections, data })
+    }
+
+    /// Coefficients of higher harmonics per splat and channel.
+    fn harmonics(&self) -> usize {
+        let degree = self.sections.iter().map(|section| section.degree).max().unwrap_or(0);
+        (usize::from(degree) + 1).pow(2) - 1
+    }
+
+    /// Gives the lists and the records of each section.
+    fn each(
+        &self,
+        mut take: impl FnMut(&Section, &'a [u8], std::slice::ChunksExact<'a, u8>) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let mut rest = self.data;
+        for section in &self.sections {
+            let [lists, all] = section.lengths().map(|length| length as usize);
+            let (data, behind) = rest.split_at(all);
+            rest = behind;
+            let (lists, splats) = data.split_at(lists);
+            let own = section.size as usize * section.count as usize;
+            take(section, lists, splats[..own].chunks_exact(section.size as usize))?;
+        }
+        Ok(())
+    }
+}
+
 pub(super) fn read(bytes: &[u8]) -> Result<SplatCloud, Fault> {
-    let Some(header) = KsplatHeader::parse(bytes) else {
-        return Err(("the header is not that of a .ksplat 0.1".to_owned(), DAMAGED));
-    };
-    Limit::Splats.grown(0, header.count)?;
-    let ends = |what: &str| (format!("the file ends in {what}"), DAMAGED);
-    let start = usize::try_from(header.start()).unwrap_or(usize::MAX);
-    let heads = bytes.get(HEADER..start).ok_or_else(|| ends("the headers of its sections"))?;
-    let mut rest = &bytes[start..];
-    let sections = heads.chunks_exact(SECTION).map(|head| Section::parse(head, header.level));
-    let sections = sections.collect::<Result<Vec<_>, Fault>>()?;
-    let count = sections.iter().map(|section| section.count).sum();
-    if count != header.count {
-        let message = format!("its sections have {count} splats, and it says {}", header.count);
-        return Err((message, DAMAGED));
-    }
-    let all = sections.iter().fold(0, |sum: u64, section| sum.saturating_add(section.lengths()[1]));
-    if all > rest.len() as u64 {
-        let (have, all) = (rest.len(), all);
-        let message = format!("the file ends in its sections: {have} of {all} bytes");
-        return Err((message, DAMAGED));
-    }
-    let mut cloud = SplatCloud::with_room(count)?;
-    let mut degree = 0;
-    for (i, section) in sections.iter().enumerate() {
-        let [lists, all] = section.lengths().map(|length| length as usize);
-        let (data, behind) = rest.split_at(all);
-        rest = behind;
-        let (lists, splats) = data.split_at(lists);
-        let buckets = Buckets::new(section, lists, header.level)?;
-        let size = section.size as usize;
-        for (number, record) in splats.chunks_exact(size).take(section.count as usize).enumerate() {
+    let file = Ksplat::open(bytes)?;
+    let level = file.header.level;
+    let mut cloud = SplatCloud::with_room(file.header.count)?;
+    let mut sections = 0;
+    file.each(|section, lists, records| {
+        sections += 1;
+        let buckets = Buckets::new(section, lists, level)?;
+        for (number, record) in records.enumerate() {
             let base = buckets.center(number as u64).ok_or_else(|| {
-                let message = format!("section {}: splat {} is in no bucket", i + 1, number + 1);
+                let message = format!("section {sections}: splat {} is in no bucket", number + 1);
                 (message, DAMAGED)
             })?;
-            cloud.push(splat(record, header.level, base, section));
+            cloud.push(splat(record, level, base, section));
         }
-        degree = degree.max(usize::from(section.degree));
-    }
-    cloud.leave_out_harmonics((degree + 1).pow(2) - 1);
+        Ok(())
+    })?;
+    cloud.leave_out_harmonics(file.harmonics());
     Ok(cloud.finish())
+}
+
+/// Coefficients of higher harmonics, 0 in sections without them.
+pub(super) fn harmonics(bytes: &[u8]) -> Result<Harmonics, Fault> {
+    let file = Ksplat::open(bytes)?;
+    let (level, [least, most]) = (file.header.level, file.header.harmonics);
+    let mut all = Harmonics::with_room(file.harmonics(), file.header.count)?;
+    let place = |k: usize, channel: usize| {
+        let (band, before) = [(0, 0), (1, 3), (2, 8)][usize::from(k >= 3) + usize::from(k >= 8)];
+        let (first, each) = BANDS[band];
+        first + channel * each + k - before
+    };
+    file.each(|_, _, records| {
+        for record in records {
+            let numbers = &record[PLAIN[usize::from(level)]..];
+            let number = |i: usize| match level {
+                0 => {
+                    numbers.as_chunks::<4>().0.get(i).map_or(0.0, |four| f32::from_le_bytes(*four))
+                }
+                1 => numbers
+                    .as_chunks::<2>()
+                    .0
+                    .get(i)
+                    .map_or(0.0, |two| f16::from_le_bytes(*two).to_f32()),
+                _ => numbers
+                    .get(i)
+                    .map_or(0.0, |&byte| least + f32::from(byte) / 255.0 * (most - least)),
+            };
+            let of = |k: usize| [0, 1, 2].map(|channel| number(place(k, channel)));
+            all.coefficients.extend((0..all.count).map(of));
+        }
+        Ok(())
+    })?;
+    Ok(all)
 }
 
 /// Bucket centres by splat.

@@ -77,6 +77,18 @@ fn kind_of_json(start: &[u8]) -> Option<SplatKind> {
     has(&IMAGES).then_some(SplatKind::SogFolder)
 }
 
+/// Number of splats that the first bytes of a file of `length` bytes announce, if the file is long enough for
+/// them; `None` where only more of it tells.
+pub(super) fn announced(kind: SplatKind, start: &[u8], length: u64) -> Option<u64> {
+    match kind {
+        SplatKind::Ply | SplatKind::Packed => crate::ply::announced((start.to_vec(), length)),
+        SplatKind::Bare => Some(bare::count(length)),
+        SplatKind::Spz => spz::announced(start),
+        SplatKind::Ksplat => ksplat::announced(start),
+        SplatKind::Sog | SplatKind::SogFolder | SplatKind::SogLevels => None,
+    }
+}
+
 /// Reads the bytes of a file of a kind. `path`: of the file; the other files of a SOG are beside it. `lod`:
 /// the level of detail, in a file with several.
 pub fn read_kind(
@@ -101,23 +113,26 @@ pub fn read_kind(
     }
 }
 
-/// Reads the higher harmonics of a file, a row for each of its rows. `None` if gobo does not keep those of
-/// the kind.
+/// Reads the higher harmonics of a file, a row for each of its rows; parameters as of [`read_kind`].
 pub(crate) fn read_harmonics(
     kind: SplatKind,
     path: &Path,
     bytes: &[u8],
-) -> Result<Option<Harmonics>, Fault> {
-    let read = match kind {
+    lod: Option<u32>,
+) -> Result<Harmonics, Fault> {
+    match kind {
         SplatKind::Ply => ply::harmonics(bytes),
         SplatKind::Packed => packed::harmonics(bytes),
         SplatKind::Bare => Ok(Harmonics::default()),
         SplatKind::Spz => Spz::open_whole(bytes)?.all_harmonics(),
-        SplatKind::Sog => sog::harmonics(&mut Store::zip(bytes)?, sog::META),
-        SplatKind::SogFolder => sog::harmonics(&mut Store::folder(folder(path)), &file_name(path)),
-        SplatKind::SogLevels | SplatKind::Ksplat => return Ok(None),
-    };
-    read.map(Some)
+        SplatKind::Sog => Ok(sog::harmonics(&mut Store::zip(bytes)?, sog::META)?.0),
+        SplatKind::SogFolder => {
+            let mut store = Store::folder(folder(path));
+            Ok(sog::harmonics(&mut store, &file_name(path))?.0)
+        }
+        SplatKind::SogLevels => sog_levels::harmonics(path, bytes, lod),
+        SplatKind::Ksplat => ksplat::harmonics(bytes),
+    }
 }
 
 /// Files beside one of a kind that are read with it.

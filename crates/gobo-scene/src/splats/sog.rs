@@ -160,10 +160,11 @@ pub(super) fn read(store: &mut Store<'_>, name: &str) -> Result<SplatCloud, Faul
 }
 
 /// Coefficients of higher harmonics: a label per splat, and a palette whose bytes look a codebook up.
-pub(super) fn harmonics(store: &mut Store<'_>, name: &str) -> Result<Harmonics, Fault> {
+/// Also gives the number of splats.
+pub(super) fn harmonics(store: &mut Store<'_>, name: &str) -> Result<(Harmonics, u64), Fault> {
     let SogMeta { count, higher, .. } = meta(store, name)?;
     let Some(Higher { bands, count: entries, codebook, files }) = higher else {
-        return Ok(Harmonics::default());
+        return Ok((Harmonics::default(), count));
     };
     let [palette, labels] = &files[..] else {
         return Err((format!("meta.json: shN names {} images, not 2", files.len()), DAMAGED));
@@ -194,7 +195,7 @@ pub(super) fn harmonics(store: &mut Store<'_>, name: &str) -> Result<Harmonics, 
         let of = |k: usize| looked_up(&book, texel(&palette, first + k)).to_array();
         all.coefficients.extend((0..per_splat).map(of));
     }
-    Ok(all)
+    Ok((all, count))
 }
 
 /// Names of the images beside a `meta.json`.

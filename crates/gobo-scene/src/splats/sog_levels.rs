@@ -2,6 +2,7 @@
 //! region together, at several levels of detail; level 0 is the finest.
 use super::{
     cloud::SplatCloud,
+    harmonics::Harmonics,
     sog::{self, DAMAGED, Sog},
     sog_store::{Store, file_name, path_in},
 };
@@ -32,6 +33,14 @@ struct LevelsMeta {
     tree: LevelNode,
 }
 
+impl LevelsMeta {
+    fn name(&self, file: usize) -> Result<&str, Fault> {
+        let known = self.filenames.len();
+        let missing = || (format!("the tree names file {file} of {known}"), DAMAGED);
+        self.filenames.get(file).map(String::as_str).ok_or_else(missing)
+    }
+}
+
 #[derive(Deserialize)]
 struct LevelNode {
     #[serde(default)]
@@ -58,6 +67,30 @@ struct Levels {
 impl Levels {
     fn count(&self, level: usize) -> u64 {
         self.runs[level].iter().fold(0, |sum, run| sum.saturating_add(run.count))
+    }
+
+    /// The level that is asked for, or else the finest of at most [`BUDGET`] splats, or else the coarsest.
+    fn chosen(&self, lod: Option<u32>) -> Result<usize, Fault> {
+        let last = self.runs.len() - 1;
+        match lod {
+            Some(level) if level as usize > last => {
+                let message = format!("lod is {level}, but the file has levels 0 to {last}");
+                Err((message, "give one of its levels"))
+            }
+            Some(level) => Ok(level as usize),
+            None => Ok((0..last).find(|&level| self.count(level) <= BUDGET).unwrap_or(last)),
+        }
+    }
+
+    /// Ranges of the splats of a level, by the index of their file.
+    fn by_file(&self, level: usize) -> BTreeMap<usize, Vec<Range<u64>>> {
+        let mut by_file: BTreeMap<usize, Vec<Range<u64>>> = BTreeMap::new();
+        for run in &self.runs[level] {
+            let range = run.offset..run.offset.saturating_add(run.count);
+            by_file.entry(run.file).or_default().push(range);
+        }
+        by_file.values_mut().for_each(|runs| runs.sort_by_key(|run| run.start));
+        by_file
     }
 
     fn add(&mut self, node: &LevelNode, nodes: &mut u64) -> Result<(), Fault> {
@@ -94,15 +127,7 @@ fn meta(bytes: &[u8]) -> Result<(LevelsMeta, Levels), Fault> {
 pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatCloud, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (meta, levels) = meta(bytes)?;
-    let last = levels.runs.len() - 1;
-    let level = match lod {
-        Some(level) if level as usize > last => {
-            let message = format!("lod is {level}, but the file has levels 0 to {last}");
-            return Err((message, "give one of its levels"));
-        }
-        Some(level) => level as usize,
-        None => (0..last).find(|&level| levels.count(level) <= BUDGET).unwrap_or(last),
-    };
+    let (level, last) = (levels.chosen(lod)?, levels.runs.len() - 1);
     let count = levels.count(level);
     let surroundings = match &meta.environment {
         None => None,
@@ -114,23 +139,11 @@ pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatC
     Limit::Splats.grown(count, around).map_err(fewer)?;
     let mut cloud = SplatCloud::with_room(count.saturating_add(around)).map_err(fewer)?;
     let mut harmonics = 0;
-    let mut by_file: BTreeMap<usize, Vec<Range<u64>>> = BTreeMap::new();
-    for run in &levels.runs[level] {
-        by_file.entry(run.file).or_default().push(run.offset..run.offset.saturating_add(run.count));
-    }
-    for (file, mut runs) in by_file {
-        let Some(name) = meta.filenames.get(file) else {
-            let known = meta.filenames.len();
-            return Err((format!("the tree names file {file} of {known}"), DAMAGED));
-        };
+    for (file, runs) in levels.by_file(level) {
+        let name = meta.name(file)?;
         let sog = open(folder, name)?;
-        runs.sort_by_key(|run| run.start);
         for run in runs {
-            if run.end > sog.count {
-                let (name, end) = (quoted(name), run.end);
-                let message = format!("{name} has {} splats, and the tree names {end}", sog.count);
-                return Err((message, DAMAGED));
-            }
+            check(&run, sog.count, name)?;
             push(&mut cloud, &sog, run, name)?;
         }
         harmonics = harmonics.max(sog.harmonics);
@@ -148,6 +161,40 @@ pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatC
     }
     cloud.leave_out_harmonics(harmonics);
     Ok(cloud.finish())
+}
+
+/// Coefficients of higher harmonics of the splats that [`read`] reads, in their order.
+pub(super) fn harmonics(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Harmonics, Fault> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let (meta, levels) = meta(bytes)?;
+    let level = levels.chosen(lod)?;
+    Limit::Splats.grown(0, levels.count(level))?;
+    let whole = |name: &str| {
+        let place = path_in(folder, name)?;
+        let mut store = Store::folder(place.parent().unwrap_or(folder));
+        sog::harmonics(&mut store, &file_name(&place)).map_err(in_file(name))
+    };
+    let mut parts = Vec::new();
+    for (file, runs) in levels.by_file(level) {
+        let name = meta.name(file)?;
+        let (all, splats) = whole(name)?;
+        for run in runs {
+            check(&run, splats, name)?;
+            parts.push((all.of_range(&run), run.end - run.start));
+        }
+    }
+    parts.extend(meta.environment.as_deref().map(whole).transpose()?);
+    let parts: Vec<_> = parts.iter().map(|(part, splats)| (part, *splats)).collect();
+    Harmonics::joined(&parts)
+}
+
+/// Refuses splats that a file does not have.
+fn check(run: &Range<u64>, have: u64, name: &str) -> Result<(), Fault> {
+    if run.end <= have {
+        return Ok(());
+    }
+    let message = format!("{} has {have} splats, and the tree names {}", quoted(name), run.end);
+    Err((message, DAMAGED))
 }
 
 /// Opens the SOG of a `meta.json` that is named relative to a folder.

@@ -91,6 +91,17 @@ pub(super) fn is_spz(bytes: &[u8]) -> bool {
             && start == MAGIC
 }
 
+/// Number of splats that a header announces.
+pub(super) fn announced(start: &[u8]) -> Option<u64> {
+    let mut head = [0; HEADER];
+    if start.starts_with(&MAGIC) {
+        head.copy_from_slice(start.get(..HEADER)?);
+    } else {
+        MultiGzDecoder::new(start).read_exact(&mut head).ok()?;
+    }
+    Some(u32::from_le_bytes(word(&head, 2)).into())
+}
+
 /// The splats of a file, decoded on demand.
 pub(crate) struct Spz {
     header: SpzHeader,
@@ -103,7 +114,7 @@ impl Spz {
     }
 
     /// With the coefficients of higher harmonics, too.
-    pub(super) fn open_whole(bytes: &[u8]) -> Result<Self, Fault> {
+    pub(crate) fn open_whole(bytes: &[u8]) -> Result<Self, Fault> {
         Self::open_as(bytes, true)
     }
 
@@ -139,7 +150,7 @@ impl Spz {
 
 impl Spz {
     /// Coefficients of all splats of a file that was opened whole.
-    pub(super) fn all_harmonics(&self) -> Result<Harmonics, Fault> {
+    pub(crate) fn all_harmonics(&self) -> Result<Harmonics, Fault> {
         let mut all = Harmonics::with_room(self.harmonics(), self.count() as u64)?;
         let plain = |byte: u8| (f32::from(byte) - SH_ZERO) / SH_STEPS;
         let triples = self.attributes[HIGHER].as_chunks::<3>().0;

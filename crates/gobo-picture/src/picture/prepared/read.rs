@@ -4,9 +4,10 @@ use crate::picture::{FirstLight, air::Air};
 use gobo::{
     Error,
     gpu::Gpu,
-    records::{ClusterCounters, ClusterGrid, MaskSlots, Picture},
+    records::{MaskSlots, Picture},
     shadows::{ListCounters, roomy},
 };
+use gobo_reference::records::{ClusterCounters, ClusterGrid};
 
 impl PreparedPicture {
     /// Mask slot of each light.

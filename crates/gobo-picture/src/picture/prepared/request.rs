@@ -3,10 +3,11 @@ use crate::picture::{FirstLight, band_memory::BandMemory};
 use glam::Vec3;
 use gobo::{
     model::{Environment, Scene, View},
-    records::{ClusterGrid, FormerSlots, ImageDetail, LightRecords, OcclusionRadius},
+    records::{FormerSlots, ImageDetail, LightRecords},
     shadows::{Prepared, masks::MaskTextures},
     stage::light_points::PictureParams,
 };
+use gobo_reference::records::{ClusterGrid, OcclusionRadius};
 use std::sync::Arc;
 use wgpu::Texture;
 

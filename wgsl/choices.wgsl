@@ -1,0 +1,133 @@
+// Choices of kernels that walk casters, on GPUs. Software adapters: wgsl/llvmpipe/choices.wgsl.
+
+import package::bind::stored::{curves, filters, nearests};
+import package::bind::uniform::views;
+import package::curve::lights::Lights;
+import package::curve::list::Node;
+import package::curve::node::packed_node;
+import package::curve::ray::{Texel, corner};
+import package::features::NODES;
+import package::records::batch::workgroup_number;
+import package::records::view::GpuView;
+import choice::output::{is_blank, store_nodes};
+
+// Order of tiles: a workgroup takes the tile of its own index.
+fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
+    return workgroup_number(workgroup, workgroups);
+}
+
+// Texels of an invocation: one, because registers are scarce on GPUs, and fewer casters touch a subgroup's
+// small block of texels.
+
+const ROW_COUNT: u32 = 1u;
+
+alias Rows = f32;
+alias RowBits = u32;
+alias RowIs = bool;
+
+fn row(v: Rows, i: u32) -> f32 {
+    return v;
+}
+
+fn row_bits(v: RowBits, i: u32) -> u32 {
+    return v;
+}
+
+// `v` with row `i` replaced.
+fn with_row(v: Rows, i: u32, value: f32) -> Rows {
+    return value;
+}
+
+fn with_bits(v: RowBits, i: u32, value: u32) -> RowBits {
+    return value;
+}
+
+fn any_row(is: RowIs) -> bool {
+    return is;
+}
+
+fn count_rows(is: RowIs) -> u32 {
+    return u32(is);
+}
+
+// Texels in a column of an invocation whose casters are all of one simple kind: two. So 32 lanes hold a
+// square block, and smaller subgroups a smaller one, which fewer casters touch.
+
+const COLUMN_TEXELS: u32 = 2u;
+
+// Stores a finished tile to the maps, curves included.
+
+// Alpha of texels without an owner tag.
+fn plain_alpha(texel: vec2<u32>, layer: u32) -> f32 {
+    return 1.0;
+}
+
+fn store_map(at: vec2<u32>, layer: u32, filtered: vec4<f32>, nearest: f32) {
+    textureStore(filters, at, layer, filtered);
+    textureStore(nearests, at, layer, vec4(nearest));
+}
+
+fn store_pair(at: vec2<u32>, layer: u32, pair: vec4<u32>) {
+    textureStore(curves, at, layer, pair);
+}
+
+// Nodes of curves during insertion, in workgroup memory: each texel has its own, so that no invocation waits.
+
+const NODE_LANES: u32 = 64u; // of a workgroup
+
+var<workgroup> nodes: array<array<Node, NODE_LANES>, NODES + 1u>;
+var<private> lane_slot: u32;
+var<private> node_count: u32;
+var<private> kept_light: Lights;
+
+// `in_tile`: texel of the invocation; those of a workgroup are 8 x 8 neighbours.
+fn open_nodes(in_tile: vec2<u32>) {
+    lane_slot = (in_tile.y & 7u) * 8u + (in_tile.x & 7u);
+    // Always `NODES`. Compilers must not know: they would unroll loops, with all nodes in registers.
+    node_count = select(0u, NODES, views[0].tiles_x > 0u);
+}
+
+fn node_at(i: u32) -> Node {
+    return nodes[i][lane_slot];
+}
+
+fn set_node(i: u32, node: Node) {
+    nodes[i][lane_slot] = node;
+}
+
+// Keeps light between insertions in the node that is free then: after the merge where one is due.
+fn lay_aside(light: Lights, overfull: bool) {
+    kept_light = light;
+    if !overfull {
+        lay_kept();
+    }
+}
+
+fn lay_kept() {
+    set_node(NODES, Node(
+        bitcast<u32>(kept_light.red), bitcast<u32>(kept_light.green), bitcast<u32>(kept_light.blue),
+    ));
+}
+
+fn laid_aside() -> Lights {
+    let node = node_at(NODES);
+    return Lights(bitcast<f32>(node.span), bitcast<f32>(node.colors), bitcast<f32>(node.means));
+}
+
+// Nodes are stored in pairs, as soon as both are written.
+
+const WALKS_APART: bool = false; // one code for both walks takes fewer registers
+
+fn put_node(view: GpuView, t: ptr<function, Texel>, i: u32, number: u32, node: vec2<u32>, is: bool) {
+    if is && number % 2u == 1u {
+        store_nodes(view, corner, i, number / 2u, vec4((*t).pending, node));
+    }
+    (*t).pending = select((*t).pending, node, is);
+}
+
+fn end_nodes(view: GpuView, t: ptr<function, Texel>, i: u32) {
+    let unused = packed_node(0u, 0.0, vec3(1.0));
+    for (var k = (*t).used; k < select(NODES, 0u, is_blank()); k += 1u) {
+        put_node(view, t, i, k, unused, true);
+    }
+}

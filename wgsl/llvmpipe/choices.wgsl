@@ -1,0 +1,109 @@
+// Choices of kernels that walk casters, on software adapters. GPUs: wgsl/choices.wgsl.
+
+import package::bind::updated::{filters, nearests};
+import package::curve::node::packed_node;
+import package::curve::ray::{ROWS, Texel, corner};
+import package::features::{NODES, unrolled};
+import package::records::batch::workgroup_number;
+import package::records::view::GpuView;
+import choice::output::{is_blank, store_nodes};
+
+// Order of tiles for drivers that give each of two cores one half of the dispatch: runs of neighbours
+// alternate between the cores. (Runs, because consecutive stores to memory are many times faster.)
+
+const RUN: u32 = 64u; // tiles
+
+fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
+    let i = workgroup_number(workgroup, workgroups);
+    let count = workgroups.x * workgroups.y;
+    let half_count = count / 2u;
+    let second = i >= half_count;
+    let index = select(i, i - half_count, second);
+    let whole = count / (2u * RUN) * RUN; // tiles of each half, in whole runs
+    let run = 2u * (index - index % RUN) + index % RUN + select(0u, RUN, second);
+    return select(select(i + whole, i, second), run, index < whole);
+}
+
+// Texels of an invocation: four in a column, a component each. They share the costs of a visit that don't
+// depend on the texel.
+
+const ROW_COUNT: u32 = 4u;
+
+alias Rows = vec4<f32>;
+alias RowBits = vec4<u32>;
+alias RowIs = vec4<bool>;
+
+fn row(v: Rows, i: u32) -> f32 {
+    return v[i];
+}
+
+fn row_bits(v: RowBits, i: u32) -> u32 {
+    return v[i];
+}
+
+// `v` with row `i` replaced.
+fn with_row(v: Rows, i: u32, value: f32) -> Rows {
+    return select(v, vec4(value), vec4(0u, 1u, 2u, 3u) == vec4(i));
+}
+
+fn with_bits(v: RowBits, i: u32, value: u32) -> RowBits {
+    return select(v, vec4(value), vec4(0u, 1u, 2u, 3u) == vec4(i));
+}
+
+fn any_row(is: RowIs) -> bool {
+    return any(is);
+}
+
+fn count_rows(is: RowIs) -> u32 {
+    return dot(vec4<u32>(is), vec4(1u));
+}
+
+// Texels in a column of an invocation whose casters are all of one simple kind: eight, which share the costs
+// of a visit that don't depend on the texel. For software adapters.
+
+const COLUMN_TEXELS: u32 = 8u;
+
+// Stores a finished tile to the maps, on a software adapter: reads the texels before the tile is walked, so
+// that their cache lines are present for the stores. Otherwise the stores, eight and more per lane, would
+// wait for one line after the other. Lanes are neighbours in a row, eight to a block of eight rows.
+
+// Alpha of texels without an owner tag. `texel`: the lane's first in the map; each lane fetches a row.
+fn plain_alpha(texel: vec2<u32>, layer: u32) -> f32 {
+    let lane = texel.x & 7u;
+    let at = texel - vec2(lane, 0u) + vec2(0u, lane);
+    let fetched = textureLoad(filters, at, layer).a + textureLoad(nearests, at, layer).r;
+    // Keeps the prefetch from being optimised away: neither is negative, but compilers cannot know.
+    return select(1.0, fetched, fetched < 0.0);
+}
+
+fn store_map(at: vec2<u32>, layer: u32, filtered: vec4<f32>, nearest: f32) {
+    textureStore(filters, at, layer, filtered);
+    textureStore(nearests, at, layer, vec4(nearest));
+}
+
+// Nodes are kept in registers, and stored after the walk: stores that some lanes wait for cost more.
+
+const WALKS_APART: bool = true; // each walk has code of its own, without the state of the other
+
+struct KeptNodes {
+    nodes: array<vec2<u32>, 16>,
+}
+
+var<private> kept_nodes: array<KeptNodes, ROWS>;
+
+fn put_node(view: GpuView, t: ptr<function, Texel>, i: u32, number: u32, node: vec2<u32>, is: bool) {
+    for (var k = 0u; k < unrolled(NODES); k += 1u) {
+        kept_nodes[i].nodes[k] = select(kept_nodes[i].nodes[k], node, is & (number == k));
+    }
+}
+
+fn end_nodes(view: GpuView, t: ptr<function, Texel>, i: u32) {
+    let unused = packed_node(0u, 0.0, vec3(1.0));
+    for (var turn = u32(is_blank()); turn < 1u; turn += 1u) {
+        for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
+            let first = select(unused, kept_nodes[i].nodes[2u * pair], (*t).used > 2u * pair);
+            let second = select(unused, kept_nodes[i].nodes[2u * pair + 1u], (*t).used > 2u * pair + 1u);
+            store_nodes(view, corner, i, pair, vec4(first, second));
+        }
+    }
+}
