@@ -59,7 +59,7 @@ fn places(scene: &Scene, of: impl Fn(&Triangle) -> bool) -> Vec<Vec2> {
     let corners = scene.triangles.iter().filter(|it| of(it)).flat_map(|it| it.positions);
     let place = |corner: Vec3| {
         let at = clip * corner.extend(1.0);
-        (at.w > 0.0).then_some(at.truncate().truncate() / at.w).unwrap_or(Vec2::splat(9.0))
+        if at.w > 0.0 { at.truncate().truncate() / at.w } else { Vec2::splat(9.0) }
     };
     corners.map(place).collect()
 }

@@ -69,7 +69,8 @@ fn arriving(light: &Light, rays: &Rays<'_>, place: Vec3, normal: Vec3) -> Vec3 {
     };
     let square = from.length_squared().max(1e-4);
     let cosine = from.dot(normal) / square.sqrt();
-    if !(share * cosine > 0.0) {
+    let is_lit = share * cosine > 0.0;
+    if !is_lit {
         return Vec3::ZERO;
     }
     let end = if matches!(light.kind, LightKind::Directional { .. }) { f32::MAX } else { 1.0 };

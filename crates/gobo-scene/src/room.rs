@@ -61,7 +61,7 @@ impl Interior {
     pub(super) fn of(subject: &Subject<'_>, camera: &Camera) -> Option<Self> {
         let Bounds { min, max } = subject.bounds;
         let size = max - min;
-        if !(size.min_element() > 0.05 * size.max_element()) {
+        if size.min_element() <= 0.05 * size.max_element() {
             return None;
         }
         let rays = Rays::new(subject.triangles(), &subject.scene.materials);
