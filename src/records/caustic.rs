@@ -3,7 +3,7 @@ use crate::model::{Casters, Class, Fresnel};
 use glam::{Vec3, Vec4};
 
 /// A triangle of glass or water that refracts light, [`GLASS_VECTORS`] vectors. WGSL:
-/// `wgsl/caustics/glass.wgsl`.
+/// `wgsl/records/glass.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct GlassFace {

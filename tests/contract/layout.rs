@@ -3,7 +3,9 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Linked, Tier},
     records::{
-        ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams, MaskParams, BounceParams,
+        BounceParams, ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook,
+        GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup,
+        HostView, ImportParams, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, PartParams, Segment},

@@ -10,8 +10,8 @@ use gobo::{
 };
 use gobo_reference::render_maps;
 
-/// A sheet of glass that disperses light refracts each channel by its own index: an Abbe number of 2 here, far
-/// below that of real glass.
+/// A sheet of glass that disperses light refracts each channel by its own index: an Abbe number of 2 here,
+/// far below that of real glass.
 #[test]
 fn dispersed_light_lands_by_channel() {
     let toml = "[camera]\neye = [0, 9, 9]\n\

@@ -169,7 +169,7 @@ fn light_is_moved_and_not_added() {
             unreachable!()
         };
         assert!(focus[1] > 50.0, "{focus:?} at the focus");
-        // What rays in 64 bits bring there, between 0.39 and 0.41 m from the axis.
+        // By rays in 64 bits, between 0.39 and 0.41 m from the axis.
         assert!((shadow[1] - 0.137).abs() < 0.02, "{shadow:?} beside the focus");
         assert!((open[1] - 1.0).abs() < 0.02, "{open:?} beside the lens");
         // Between the lens and the floor light goes straight.

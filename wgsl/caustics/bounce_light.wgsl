@@ -10,6 +10,7 @@ import package::caustics::glass_face::{glass_face, glass_normal, light_ray, meet
 import package::caustics::light_views::{in_world, opaque_along, seen_in, texel_at, turned_back};
 import package::records::bounce::BOUNCE_VECTORS;
 import package::records::glass::{GLASS_VECTORS, NEAR_SURFACE};
+import package::records::light::LIGHT_POINT;
 import package::shade::incoming::incoming;
 
 const PER_PI: f32 = 0.31830989;
@@ -51,7 +52,7 @@ fn sample_of(point: u32, number: u32) -> Sent {
     let met = meets_face(face, ray);
     let place = ray.start + ray.step * met.along;
     let at = seen_in(1u, place);
-    // What hides the face in the map is no triangle that sends light on.
+    // A face that something else hides in the map sends no light on.
     let off = abs(-at.point.z - opaque_along(1u, at.place));
     if !met.is_met || off > NEAR_SURFACE * texel_at(views[1], at.point) {
         return nothing;
@@ -62,7 +63,10 @@ fn sample_of(point: u32, number: u32) -> Sent {
     let area = width * width / length(ray.step);
     let seen = vec2<u32>(clamp(at.place, vec2(0.0), views[1].size - 1.0));
     let filtered = textureLoad(filters, views[1].origin + seen, views[1].layer, 0).rgb;
-    let arriving = incoming(bounce_params.light, in_world(place)).color * filtered;
+    var light = bounce_params.light;
+    // No branch depends on uniforms alone.
+    light.kind = select(LIGHT_POINT, light.kind, stored != 0u);
+    let arriving = incoming(light, in_world(place)).color * filtered;
     let normals = owner * GLASS_VECTORS + 3u;
     let albedo = vec3(glass[normals].w, glass[normals + 1u].w, glass[normals + 2u].w);
     return Sent(

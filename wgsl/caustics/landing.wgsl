@@ -131,19 +131,17 @@ fn on_plane(point: vec3<f32>, ray: vec3<f32>) -> Seen {
 
 // Length of a ray's way to the far plane, or to the first of a cube's far planes.
 fn way_to_end(start: vec3<f32>, ray: vec3<f32>) -> f32 {
-    if !is_cube() {
-        return (views[0].far + start.z) / -ray.z;
-    }
     let faces = select(vec3(1u, 3u, 5u), vec3(0u, 2u, 4u), ray > vec3(0.0));
     let far = vec3(views[faces.x].far, views[faces.y].far, views[faces.z].far);
     let ends = (far - start * sign(ray)) / max(abs(ray), vec3(1e-12));
-    return min(min(ends.x, ends.y), ends.z);
+    let single = (views[0].far + start.z) / -min(ray.z, -1e-12);
+    return select(single, min(min(ends.x, ends.y), ends.z), is_cube());
 }
 
 // First place where a ray meets the opaque depths.
 fn meets_opaque(start: vec3<f32>, ray: vec3<f32>) -> Landed {
     let nowhere = Landed(false, 0u, vec2(0.0));
-    if !is_cube() && ray.z >= 0.0 {
+    if (!is_cube()) & (ray.z >= 0.0) {
         return nowhere;
     }
     let step = way_to_end(start, ray) / f32(LANDING_STEPS);

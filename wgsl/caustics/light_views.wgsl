@@ -54,11 +54,7 @@ struct Seen {
 }
 
 fn seen(point: vec3<f32>) -> Seen {
-    var number = 0u;
-    if is_cube() {
-        number = cube_face(point);
-    }
-    return seen_in(number, point);
+    return seen_in(select(0u, cube_face(point), is_cube()), point);
 }
 
 fn seen_in(number: u32, point: vec3<f32>) -> Seen {

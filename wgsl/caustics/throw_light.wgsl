@@ -88,7 +88,9 @@ fn throw_light(
     let edge = 1.0 / f32(rays);
     var rest = vec3(0.5);
     let light = textureLoad(filters, view.origin + at, view.layer, 0).rgb * channel * (edge * edge);
-    for (var i = 0u; i < rays * rays; i += 1u) {
+    // No loop depends on uniforms alone.
+    let count = select(0u, rays * rays, stored != 0u);
+    for (var i = 0u; i < count; i += 1u) {
         let place = vec2<f32>(at) + (vec2(f32(i % rays), f32(i / rays)) + 0.5) * edge;
         // The ray and two neighbours: its light falls on what lies between the places where they land. One
         // call for all three keeps the kernel small.
@@ -119,7 +121,7 @@ fn throw_light(
                 let to = landed.at + across * part.x + down * part.y;
                 var number = landed.number;
                 var texel_at = to;
-                if is_cube() && (any(to < vec2(0.0)) || any(to >= view.size)) {
+                if is_cube() & (any(to < vec2(0.0)) | any(to >= view.size)) {
                     let other = seen(light_ray(number, to).step);
                     number = other.number;
                     texel_at = other.place;

@@ -3,8 +3,8 @@
 
 import package::records::light::GpuLight;
 
-// Vectors of a point: its position, world space [m], and the squared radius of its disc [m^2]; its normal; the
-// light that it sends, over pi.
+// Vectors of a point: its position, world space [m], and the squared radius of its disc [m^2]; its normal;
+// the light that it sends, over pi.
 const BOUNCE_VECTORS: u32 = 3u;
 const BOUNCE_LENGTH: u32 = 3073u;
 

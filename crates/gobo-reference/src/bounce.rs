@@ -8,7 +8,7 @@ use crate::{
     caustics::NEAR_SURFACE,
     glass_face::{RayFace, nearest_faces},
     light_views::LightViews,
-    shading::incoming,
+    shading::incoming::incoming,
 };
 use glam::{UVec2, Vec2, Vec3};
 use gobo::{
@@ -99,7 +99,7 @@ fn of_view(
         let at = (texel.y * view.size.x + texel.x) as usize;
         let depth = whole.near + maps.opaque[at] * (whole.far - whole.near);
         let distance = if whole.perspective > 0.0 { -seen.point.z } else { 1.0 };
-        // What hides the face in the map is no triangle that sends light on.
+        // A face that something else hides in the map sends no light on.
         if (-seen.point.z - depth).abs() > NEAR_SURFACE * distance / whole.scale {
             return None;
         }

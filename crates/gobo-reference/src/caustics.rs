@@ -4,8 +4,8 @@
 //! by which light enters, if it is in front of the opaque surface, bends the texel's rays by its normal; the
 //! maps' nearest faces by which light leaves bend them again where the rays meet them; where the rays meet
 //! the opaque depths, their light is added to the texels between the landing places of neighbouring rays.
-//! That light is the light of the texel's straight ray there, with its colour and its losses. A ray may land
-//! in another face of a cube. Where glass disperses light, red, green and blue are refracted apart.
+//! The light is that of the texel's straight ray, with its colour and its losses. A ray may land in another
+//! face of a cube. Where glass disperses light, red, green and blue are refracted apart.
 use crate::{
     glass_face::{NearestFaces, RayFace, nearest_faces},
     light_views::LightViews,
@@ -222,10 +222,10 @@ impl Glass<'_> {
         Landed { number: seen.number, at: seen.place }
     }
 
-    /// Adds the light of a ray to `parts`: to the texels around points of its footprint. `rest`: what rounding
-    /// left of the texel's light before.
-    fn throw(&self, ray: &Ray, rest: &mut Vec3, parts: &mut Vec<Part>) {
-        let &Ray { number, texel, edge, face, shift, light } = ray;
+    /// Adds the light of a ray to `parts`: to the texels around points of its footprint. `rest`: what
+    /// rounding left of the texel's light before.
+    fn throw(&self, ray: &TexelRay, rest: &mut Vec3, parts: &mut Vec<Part>) {
+        let &TexelRay { number, texel, edge, face, shift, light } = ray;
         let Some(landed) = self.lands(number, texel, face, shift) else { return };
         let way = |aside: Vec2| {
             let to = self.lands(number, texel + aside * edge, face, shift);
@@ -278,7 +278,7 @@ struct Part {
 }
 
 /// A ray of a texel.
-struct Ray<'a> {
+struct TexelRay<'a> {
     number: usize,
     texel: Vec2,
     /// Distance to the next ray \[texels\].
@@ -327,7 +327,7 @@ pub fn thrown(
                         let part = Vec2::new((i % rays) as f32, (i / rays) as f32) + 0.5;
                         let texel = Vec2::new(x as f32, y as f32) + part * edge;
                         let light = whole * channel;
-                        let ray = Ray { number, texel, edge, face, shift, light };
+                        let ray = TexelRay { number, texel, edge, face, shift, light };
                         glass.throw(&ray, &mut rest, &mut parts);
                     }
                 }

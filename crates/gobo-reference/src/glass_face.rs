@@ -1,5 +1,5 @@
-//! CPU reference of `wgsl/caustics/glass_face.wgsl` and `wgsl/caustics/glass_faces.wgsl`: faces in the space of
-//! a light's rays, and the nearest of them in each texel.
+//! CPU reference of `wgsl/caustics/glass_face.wgsl` and `wgsl/caustics/glass_faces.wgsl`: faces in the space
+//! of a light's rays, and the nearest of them in each texel.
 use crate::{caustics::place, light_views::LightViews};
 use glam::{Vec2, Vec3, Vec4};
 use gobo::records::{GlassFace, NO_FACE};

@@ -11,7 +11,7 @@ pub(crate) struct LightViews<'a> {
 }
 
 /// A point of the rays as a view sees it.
-pub(crate) struct Seen {
+pub(crate) struct SeenPoint {
     /// Index of the view.
     pub(crate) number: usize,
     /// The point in its space \[m\].
@@ -74,18 +74,18 @@ impl LightViews<'_> {
         (if view.perspective > 0.0 { Vec3::ZERO } else { aside }, step)
     }
 
-    pub(crate) fn seen(&self, point: Vec3) -> Seen {
+    pub(crate) fn seen(&self, point: Vec3) -> SeenPoint {
         let number = if self.is_cube() { cube_face(point) } else { 0 };
         self.seen_in(number, point)
     }
 
-    pub(crate) fn seen_in(&self, number: usize, point: Vec3) -> Seen {
+    pub(crate) fn seen_in(&self, number: usize, point: Vec3) -> SeenPoint {
         let view = &self.views[number];
         let own = self.in_view(number, point);
         let at = place(view, own);
         // By rounding, a point between two faces of a cube may be beside both.
         let at = if self.is_cube() { at.clamp(Vec2::ZERO, view.size - 0.001) } else { at };
-        Seen { number, point: own, place: at }
+        SeenPoint { number, point: own, place: at }
     }
 
     /// Edge of a texel at a point of the rays \[m\].

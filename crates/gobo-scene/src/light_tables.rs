@@ -78,7 +78,7 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
     }
 }
 
-/// What to do where a light's caustics cannot be made.
+/// Remedy where a light's caustics cannot be made.
 fn without_caustics(light: &Light) -> &'static str {
     if !light.casts {
         "remove caustics, or casts = false"

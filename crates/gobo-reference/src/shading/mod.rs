@@ -1,6 +1,7 @@
 //! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a
 //! point, and its reflection to the camera.
 mod coat;
+pub(crate) mod incoming;
 pub mod receive;
 mod reflectance;
 pub mod seen_plane;
@@ -9,6 +10,7 @@ mod thrown;
 mod tone;
 
 pub use coat::Coat;
+pub use incoming::incoming;
 pub use reflectance::{DARKEST, HEAD_ON, ORDERS, SHEEN};
 use reflectance::{
     highlight, mirrored_solid, phase_of_orders, rising, scattered, strand_scattered,
@@ -27,10 +29,7 @@ use gobo::{
         Environment, IRRADIANCE, LEVELS, Light, Material, ROUGH_SIZE, ReceiverPoint, Receives,
         Scene, View, irradiance_at, octahedral,
     },
-    records::{
-        END_BIT, GpuLight, GpuView, INNER_BIT, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords,
-        ViewMaps, owner_tag,
-    },
+    records::{GpuLight, GpuView, LIGHT_DIRECTIONAL, LightRecords, ViewMaps, owner_tag},
 };
 use std::f32::consts::FRAC_1_PI;
 
@@ -397,26 +396,6 @@ impl<'a> Lighting<'a> {
         let passed = self.shadow(index, point, Vec3::ZERO, 0.0, Receiver::AIR);
         color * passed * phase(toward.dot(ray), anisotropy)
     }
-}
-
-/// Direction to the light, and irradiance at normal incidence, before shadows.
-pub fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
-    if light.kind == LIGHT_DIRECTIONAL {
-        return (-light.direction, light.color);
-    }
-    let away = point - light.position;
-    let square = away.length_squared().max(1e-4);
-    let ray = away / square.sqrt();
-    let part = square * light.per_range2;
-    let window = (1.0 - part * part).max(0.0);
-    let squared = if light.traits & END_BIT != 0 { 1.0 } else { window };
-    let mut color = light.color / square * (window * squared);
-    if light.kind == LIGHT_SPOT {
-        let (outer, inner) = (light.cone_outer, light.cone_inner);
-        let t = ((ray.dot(light.direction) - outer) / (inner - outer)).clamp(0.0, 1.0);
-        color *= t * t * if light.traits & INNER_BIT != 0 { 1.0 } else { 3.0 - 2.0 * t };
-    }
-    (-ray, color)
 }
 
 /// Bilinear sample of an environment's level at a point of the octahedral square, 0..1.

@@ -236,8 +236,8 @@ impl Lighting<'_> {
         (self.receive(views.start, of, at, bias), 1.0)
     }
 
-    /// The share `straight` of a light, with light that glass throws. By windows, from the first on, as shadows
-    /// are.
+    /// The share `straight` of a light, with light that glass throws. By windows, from the first on, as
+    /// shadows are.
     fn with_thrown(&self, light: &GpuLight, point: Vec3, straight: Vec3) -> Vec3 {
         let views = self.views_of(light.first_view as usize, point);
         if self.maps[views.start].caustics.is_empty() {
