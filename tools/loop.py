@@ -1,8 +1,9 @@
 """Joins frames to an animated WebP that goes there and back: the last frame leads to the first without a jump.
 
-python3 tools/loop.py out/hero docs/gallery/moving.webp [FPS=24] [QUALITY=60]
+python3 tools/loop.py out/hero docs/gallery/moving.webp [FPS=24] [QUALITY=60] [once]
 
-Of keys that are symmetric in time half of the frames suffice: those after the last one are the same, backwards. Needs Pillow.
+Of keys that are symmetric in time half of the frames suffice: those after the last one are the same, backwards. With `once` it goes
+there, and begins again. Needs Pillow.
 """
 import sys
 from pathlib import Path
@@ -10,9 +11,9 @@ from pathlib import Path
 from PIL import Image
 
 
-def main(folder, path, fps="24", quality="60"):
+def main(folder, path, fps="24", quality="60", back=None):
     there = [Image.open(file).convert("RGB") for file in sorted(Path(folder).glob("frame_????.png"))]
-    frames = there + there[-2:0:-1]
+    frames = there if back == "once" else there + there[-2:0:-1]
     # Whole milliseconds, which add up to the time of all frames.
     ends = [round(1000 * (i + 1) / float(fps)) for i in range(len(frames))]
     durations = [end - start for start, end in zip([0, *ends], ends)]

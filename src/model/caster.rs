@@ -146,6 +146,9 @@ pub struct Material {
     pub ior: f32,
     /// Reflection of its triangles. Default [`Fresnel::None`].
     pub fresnel: Fresnel,
+    /// 20 over the Abbe number, 0..=20 (glTF `KHR_materials_dispersion`): how far apart red and blue light
+    /// are refracted in [caustics](crate::Light::caustics). Default 0: not at all.
+    pub dispersion: f32,
     /// Index into [`crate::model::Scene::materials`] for light that its triangles scatter to their far side
     /// (a leaf, a lampshade) in the picture, in that material's colour; on the light's side, its transmission
     /// is missing. Maps ignore it: add triangles of that material for the shadow. Default none.
@@ -200,6 +203,7 @@ impl Default for Material {
             metallic: 0.0,
             ior: 1.0,
             fresnel: Fresnel::None,
+            dispersion: 0.0,
             far_side: None,
             details: None,
             frost: 0.0,

@@ -125,8 +125,13 @@ pub const MAX_SHADOWS: usize = 4;
 
 /// Largest number of rays along the edge of a texel that glass refracts.
 pub const MAX_CAUSTIC_RAYS: u32 = 8;
-/// Largest map on which refracted light lands \[texels\].
+/// Largest map on which refracted light lands, if it is its light's only one; half as large if not
+/// \[texels\].
 pub const MAX_CAUSTIC_SIZE: u32 = 2048;
+/// Largest number of points along the edge of a light's map that send its light on.
+pub const MAX_BOUNCE: u32 = 32;
+/// Most points of all lights that send light on.
+pub const MAX_BOUNCES: u32 = 1024;
 
 /// One shadow of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,9 +196,14 @@ pub struct Light {
     /// Their light is averaged. Maps and look-ups cost that many times as much. Default 1.
     pub viewpoints: u32,
     /// Rays along each edge of a texel, up to [`MAX_CAUSTIC_RAYS`], that faces with
-    /// [`Fresnel::Face`](super::Fresnel::Face) refract onto opaque surfaces. For a directional light or a
-    /// spot with one map of at most [`MAX_CAUSTIC_SIZE`] texels a side. Default 0: straight shadows.
+    /// [`Fresnel::Face`](super::Fresnel::Face) refract onto opaque surfaces. For lights without a source and
+    /// without further shadows, with one map of at most [`MAX_CAUSTIC_SIZE`] texels a side or several of at
+    /// most half that. Default 0: straight shadows.
     pub caustics: u32,
+    /// Points along each edge of a map, up to [`MAX_BOUNCE`], that send the light that arrives there once
+    /// more: a diffuse bounce off opaque triangles, in the picture only. A point light has six maps; of
+    /// cascades the last counts. All lights together have at most [`MAX_BOUNCES`] points. Default 0: none.
+    pub bounce: u32,
     /// How receivers read its maps. Default: as [`ShadowSettings`](super::ShadowSettings) says.
     pub look_up: LookUp,
 }
@@ -218,6 +228,7 @@ impl Default for Light {
             source: None,
             viewpoints: 1,
             caustics: 0,
+            bounce: 0,
             look_up: LookUp::default(),
         }
     }
@@ -312,24 +323,55 @@ impl Light {
         };
         let of_shadows = std::iter::once(&own).chain(&self.shadows).filter_map(Shadow::problem);
         let problems = problems.chain(of_fall).chain(of_sent).chain(of_shadows);
-        let problems = problems.chain(self.caustics_problem());
+        let problems = problems.chain(self.caustics_problem()).chain(self.bounce_problem());
         let problem = problems.chain(self.look_up.problem()).next();
         problem.map_or(Ok(()), |problem| Err(InvalidLight { index, problem }))
     }
 
     /// Reason why its caustics cannot be made.
     pub fn caustics_problem(&self) -> Option<&'static str> {
-        let is_one = self.view_count() == 1 && self.area().is_none();
         if self.caustics == 0 {
             None
         } else if self.caustics > MAX_CAUSTIC_RAYS {
             Some("its caustics have at most 8 rays along the edge of a texel")
-        } else if !is_one {
-            Some("caustics are of a directional light or a spot with one map, without a source")
+        } else if !self.casts {
+            Some("caustics are made from the light's maps, and it casts no shadow")
+        } else if self.area().is_some() {
+            Some("glass would throw the light of each point of its source elsewhere")
+        } else if !self.shadows.is_empty() {
+            Some("a further shadow would also shade light that glass throws past it")
         } else {
-            let is_large = self.size.is_some_and(|size| size > MAX_CAUSTIC_SIZE);
-            is_large.then_some("with caustics its map has at most 2048 texels a side")
+            let is_large = self.size.is_some_and(|size| size > self.largest_caustic_map());
+            is_large.then_some(if self.view_count() == 1 {
+                "with caustics its map has at most 2048 texels a side"
+            } else {
+                "with caustics each of its maps has at most 1024 texels a side"
+            })
         }
+    }
+
+    /// Largest edge of its maps with caustics \[texels\].
+    pub(crate) fn largest_caustic_map(&self) -> u32 {
+        if self.view_count() == 1 { MAX_CAUSTIC_SIZE } else { MAX_CAUSTIC_SIZE / 2 }
+    }
+
+    /// Reason why no light can be sent on from its maps.
+    pub fn bounce_problem(&self) -> Option<&'static str> {
+        if self.bounce == 0 {
+            None
+        } else if !self.casts {
+            Some("a bounce is made from the light's maps, and it casts no shadow")
+        } else if self.bounce > MAX_BOUNCE || self.bounce_count() > MAX_BOUNCES {
+            Some("its bounce has at most 32 points along an edge, of a point light 13")
+        } else {
+            None
+        }
+    }
+
+    /// Points that send its light on.
+    pub fn bounce_count(&self) -> u32 {
+        let maps = if matches!(self.kind, LightKind::Point { .. }) { 6 } else { 1 };
+        if self.casts { maps * self.bounce.pow(2) } else { 0 }
     }
 
     /// The source that softens its shadows; `None` without shadows or without a size.

@@ -57,8 +57,8 @@ pub use grid::{
 pub use hash::pcg;
 pub use image_sun::ImageSun;
 pub use light::{
-    Cascades, InvalidLight, Light, LightKind, MAX_CASCADES, MAX_CAUSTIC_RAYS, MAX_CAUSTIC_SIZE,
-    MAX_SHADOWS, Shadow, SoftLight,
+    Cascades, InvalidLight, Light, LightKind, MAX_BOUNCE, MAX_BOUNCES, MAX_CASCADES,
+    MAX_CAUSTIC_RAYS, MAX_CAUSTIC_SIZE, MAX_SHADOWS, Shadow, SoftLight,
 };
 pub use look::{Lens, Occlusion, Tone};
 pub use look_up::{LookUp, ShadowFilter};

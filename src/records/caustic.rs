@@ -3,18 +3,24 @@ use crate::model::{Casters, Class, Fresnel};
 use glam::{Vec3, Vec4};
 
 /// A triangle of glass or water that refracts light, [`GLASS_VECTORS`] vectors. WGSL:
-/// `wgsl/caustics/glass.wgsl`.
+/// `wgsl/records/glass.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct GlassFace {
-    /// Corners, world space \[m\]; w of the first is the refractive index.
+    /// Corners, world space \[m\]; w of the first is the refractive index for green light, w of the second
+    /// what is added to it for blue and taken away for red.
     pub corners: [Vec4; 3],
-    /// Unit normals of the corners, world space.
+    /// Unit normals of the corners, world space; w is 0, or the albedo of a
+    /// [solid face](super::solid_faces): red, green and blue.
     pub normals: [Vec4; 3],
 }
 
 /// Vectors of a [`GlassFace`].
 pub const GLASS_VECTORS: u32 = 6;
+
+/// Half the difference of the refractive indices at blue (486 nm) and red (656 nm), per index less 1 and per
+/// unit of dispersion: the Abbe number is 20 over the dispersion (glTF `KHR_materials_dispersion`).
+const SPREAD: f32 = 0.025;
 
 /// All such faces, in the order of the triangles.
 pub fn glass_faces(casters: &Casters<'_>) -> Vec<GlassFace> {
@@ -22,13 +28,15 @@ pub fn glass_faces(casters: &Casters<'_>) -> Vec<GlassFace> {
         let material = &casters.materials[material as usize];
         let casts = Class::FILTERING.contains(&Class::of(material));
         match material.fresnel {
-            Fresnel::Face { ior } if ior > 1.0 && casts => Some(ior),
+            Fresnel::Face { ior } if ior > 1.0 && casts => Some((ior, material.dispersion)),
             _ => None,
         }
     };
     let face = |triangle: &crate::model::Triangle| {
         let mut corners = triangle.positions.map(|corner| corner.extend(0.0));
-        corners[0].w = bends(triangle.material)?;
+        let (ior, dispersion) = bends(triangle.material)?;
+        corners[0].w = ior;
+        corners[1].w = (ior - 1.0) * (SPREAD * dispersion);
         Some(GlassFace { corners, normals: triangle.normals.map(|normal| normal.extend(0.0)) })
     };
     casters.triangles.iter().filter_map(face).collect()
@@ -48,10 +56,18 @@ pub const THROWN_BIT: u32 = 1 << 31;
 /// No face.
 pub const NO_FACE: u32 = u32::MAX;
 
-/// Adds light to a texel; `light`: in units of a texel's.
-pub fn add_caustic(texel: &mut CausticTexel, light: Vec3) {
-    for (channel, light) in light.to_array().into_iter().enumerate() {
-        let added = (light * CAUSTIC_ONE + 0.5) as u32;
+/// Light in fixed point; `light`: in units of a texel's; `rest`: what rounding left of the light before, and
+/// then of this.
+pub fn caustic_words(light: Vec3, rest: &mut Vec3) -> [u32; 3] {
+    let whole = light * CAUSTIC_ONE + *rest;
+    let words = whole.to_array().map(|channel| channel as u32);
+    *rest = whole - Vec3::from_array(words.map(|word| word as f32));
+    words
+}
+
+/// Adds light in fixed point to a texel.
+pub fn add_caustic(texel: &mut CausticTexel, light: [u32; 3]) {
+    for (channel, added) in light.into_iter().enumerate() {
         let (sum, carries) = texel[channel].overflowing_add(added);
         texel[channel] = sum;
         texel[3] += u32::from(carries) << (CARRY_BITS * channel as u32);

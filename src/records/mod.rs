@@ -5,6 +5,7 @@
 //! a texture is not bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
 mod area;
 mod blue;
+mod bounce;
 mod brick;
 mod capsule;
 mod caster;
@@ -37,12 +38,15 @@ pub use area::{
     level_size,
 };
 pub use blue::{BLUE_SIZE, blue_ranks};
+pub use bounce::{
+    BOUNCE_LENGTH, BOUNCE_SAMPLES, BOUNCE_VECTORS, BounceParams, albedo_of, solid_faces,
+};
 pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, SLOT_SIZE};
 pub use capsule::{CAPSULE_RECORDS, CapsuleRecord, Capsules};
 pub use caster::{CASTER_TEXELS, Caster};
 pub use caustic::{
     CARRY_BITS, CAUSTIC_ONE, CausticTexel, GLASS_VECTORS, GlassFace, NO_FACE, THROWN_BIT,
-    add_caustic, caustic_light, glass_faces,
+    add_caustic, caustic_light, caustic_words, glass_faces,
 };
 pub use cluster::{ALL_LIGHTS, MAX_TILE, PLANES, REACH_TEXELS, Reach, UNIT};
 pub use convert::{ConvertParams, FORMAT_RG11B10UFLOAT, FORMAT_RGBA8UNORM, FORMAT_RGBA16FLOAT};

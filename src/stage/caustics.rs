@@ -1,8 +1,11 @@
-//! caustics: light that glass throws, after the maps.
+//! caustics: light that glass and lit surfaces throw, after the maps.
 //!
 //! In: the maps of a light, and the faces of glass. `depths` and `owners` find the nearest faces through
 //! which light enters and leaves bodies, texel by texel; `throw` refracts the rays of each texel and adds
 //! their light where they land. Out: `caustics`.
+//!
+//! In: the maps, and opaque faces. `solid depths` and `solid owners` find the nearest of these at points of a
+//! map; `bounce` makes each a source of the light that arrives there. Out: `bounces`.
 use crate::gpu::{Choice, Constant, KernelDesc};
 
 /// Workgroup size of kernels over the texels of faces.
@@ -10,19 +13,35 @@ pub const FACE_LANES: u32 = 256;
 /// Workgroup size of the kernel over texels.
 pub const TEXEL_LANES: u32 = 64;
 
-const OF_FACES: KernelDesc = KernelDesc::new("glass_faces", "caustics/glass.wgsl");
+const OF_FACES: KernelDesc = KernelDesc::new("glass_faces", "caustics/glass_faces.wgsl");
 const LANES: Constant = ("WORKGROUP_SIZE", FACE_LANES as f64);
+const DEPTH: Constant = ("FINDS_OWNERS", 0.0);
+const OWNER: Constant = ("FINDS_OWNERS", 1.0);
+const GLASS: Constant = ("ARE_SOLID", 0.0);
+const SOLID: Constant = ("ARE_SOLID", 1.0);
 
 /// Depths of the nearest faces.
 pub const DEPTHS: KernelDesc =
-    KernelDesc { name: "glass_depths", constants: &[LANES, ("FINDS_OWNERS", 0.0)], ..OF_FACES };
+    KernelDesc { name: "glass_depths", constants: &[LANES, DEPTH, GLASS], ..OF_FACES };
 /// Indices of these faces.
 pub const OWNERS: KernelDesc =
-    KernelDesc { name: "glass_owners", constants: &[LANES, ("FINDS_OWNERS", 1.0)], ..OF_FACES };
+    KernelDesc { name: "glass_owners", constants: &[LANES, OWNER, GLASS], ..OF_FACES };
 /// Adds the light where it lands.
 pub const THROW: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TEXEL_LANES as f64)],
     ..KernelDesc::new("throw_light", "caustics/throw_light.wgsl")
+};
+
+/// Depths of the nearest solid faces.
+pub const SOLID_DEPTHS: KernelDesc =
+    KernelDesc { name: "solid_depths", constants: &[LANES, DEPTH, SOLID], ..OF_FACES };
+/// Indices of these faces.
+pub const SOLID_OWNERS: KernelDesc =
+    KernelDesc { name: "solid_owners", constants: &[LANES, OWNER, SOLID], ..OF_FACES };
+/// Makes points of a map send on the light that arrives there.
+pub const BOUNCE: KernelDesc = KernelDesc {
+    constants: &[("WORKGROUP_SIZE", TEXEL_LANES as f64)],
+    ..KernelDesc::new("bounce_light", "caustics/bounce_light.wgsl")
 };
 
 /// Look-up without thrown light.
@@ -31,11 +50,15 @@ pub const STRAIGHT: Choice = Choice::new("thrown", "shade/none.wgsl");
 pub const THROWN: Choice = Choice::new("thrown", "shade/read.wgsl");
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/caustics/glass.wgsl`.
+    /// WGSL: `wgsl/records/glass.wgsl`.
     #[derive(Eq)]
     pub struct CausticParams {
-        /// First texel of the view's map among those of `caustics`.
+        /// First texel of the shadow's maps among those of `caustics`.
         pub first: u32,
+        /// First texel of the view's map among those of its shadow.
+        pub base: u32,
+        /// Index of the view among those of its shadow.
+        pub number: u32,
         pub face_count: u32,
         /// Rays along the edge of a texel.
         pub rays: u32,

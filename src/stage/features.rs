@@ -89,7 +89,7 @@ bitflags::bitflags! {
         const HAS_DETAILS = 1 << 42;
         /// Some triangles of the picture have a clear coat.
         const HAS_COATS = 1 << 43;
-        /// Glass throws light of some light of the picture.
+        /// Glass or lit surfaces throw light of some light of the picture.
         const HAS_CAUSTICS = 1 << 41;
         /// Some of the views whose levels are made are faces of cubes.
         const HAS_FACES = 1 << 38;

@@ -10,7 +10,9 @@ const SMALLEST: u32 = 64;
 /// Edge of the maps of a scene's light that sets none \[texels\]: for a light that moves or is seen by a
 /// moving camera, the largest over the moments of the scene's course.
 pub(super) fn usual_size(scene: &Scene, index: usize) -> u32 {
-    let (light, size) = (&scene.lights[index], scene.shadow.size);
+    let light = &scene.lights[index];
+    let most = if light.caustics > 0 { light.largest_caustic_map() } else { u32::MAX };
+    let size = scene.shadow.size.min(most);
     let changes = [scene.course.moves_camera(), scene.course.changes_light(index)];
     let of = |moment: &Moment| {
         let camera = if changes[0] { &moment.camera } else { &scene.camera };

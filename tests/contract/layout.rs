@@ -3,9 +3,9 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Linked, Tier},
     records::{
-        ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook, GpuArea,
-        GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup, HostView,
-        ImportParams, LoadCounters, LoadParams, MaskParams,
+        BounceParams, ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook,
+        GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup,
+        HostView, ImportParams, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, PartParams, Segment},
@@ -45,6 +45,7 @@ const STRUCTS: &[Check] = &[
     struct_agrees::<GpuArea>,
     struct_agrees::<GpuLight>,
     struct_agrees::<CausticParams>,
+    struct_agrees::<BounceParams>,
     struct_agrees::<LevelParams>,
     struct_agrees::<MaskParams>,
     struct_agrees::<HostView>,

@@ -10,10 +10,10 @@ use gobo_picture::Renderer;
 use gobo_reference::render_maps;
 use gobo_scene::Scene;
 
-const INDEX: f64 = 1.5;
+pub(super) const INDEX: f64 = 1.5;
 
 /// Glass over a floor, under a light straight down.
-fn over_floor(glass: &str, floor: f64, size: u32, rays: u32) -> Scene {
+pub(super) fn over_floor(glass: &str, floor: f64, size: u32, rays: u32) -> Scene {
     let toml = format!(
         "[camera]\neye = [0, 9, 9]\n[shadow]\nsize = {size}\n\
          [[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\nsize = {size}\ncaustics = {rays}\n\
@@ -26,14 +26,14 @@ fn over_floor(glass: &str, floor: f64, size: u32, rays: u32) -> Scene {
 }
 
 /// The maps of the only view, by the CPU and by a device.
-fn maps(scene: &Scene) -> Vec<ViewMaps> {
+pub(super) fn maps(scene: &Scene) -> Vec<ViewMaps> {
     let (mut of_cpu, _) = render_maps(scene, &shadow_views(scene));
     let mut of_gpu = map_frame(Tier::Native, scene).maps;
     vec![of_cpu.remove(0), of_gpu.remove(0)]
 }
 
 /// Position of a texel's centre on the floor [m].
-fn on_floor(maps: &ViewMaps, index: usize) -> DVec3 {
+pub(super) fn on_floor(maps: &ViewMaps, index: usize) -> DVec3 {
     let (view, width) = (&maps.view, maps.view.size.x as usize);
     let texel = [(index % width) as f32, (index / width) as f32].map(|t| t + 0.5);
     let half = view.size.as_vec2() * 0.5;
@@ -68,14 +68,14 @@ fn radius_of(mut light: Vec<(f64, f64)>, share: f64) -> f64 {
     f64::INFINITY
 }
 
-fn refracted(ray: DVec3, normal: DVec3, ratio: f64) -> DVec3 {
+pub(super) fn refracted(ray: DVec3, normal: DVec3, ratio: f64) -> DVec3 {
     let cosine = -ray.dot(normal);
     let inside = (1.0 - ratio * ratio * (1.0 - cosine * cosine)).sqrt();
     ray * ratio + normal * (ratio * cosine - inside)
 }
 
 /// Transmittance of a face.
-fn face(cosine: f64) -> f64 {
+pub(super) fn face(cosine: f64) -> f64 {
     let inside = (1.0 - (1.0 - cosine * cosine) / (INDEX * INDEX)).sqrt();
     let across = (cosine - INDEX * inside) / (cosine + INDEX * inside);
     let along = (INDEX * cosine - inside) / (INDEX * cosine + inside);
@@ -169,7 +169,8 @@ fn light_is_moved_and_not_added() {
             unreachable!()
         };
         assert!(focus[1] > 50.0, "{focus:?} at the focus");
-        assert!(shadow[1] < 0.05, "{shadow:?} beside the focus");
+        // By rays in 64 bits, between 0.39 and 0.41 m from the axis.
+        assert!((shadow[1] - 0.137).abs() < 0.02, "{shadow:?} beside the focus");
         assert!((open[1] - 1.0).abs() < 0.02, "{open:?} beside the lens");
         // Between the lens and the floor light goes straight.
         assert!((between[1] - 0.92).abs() < 0.02, "{between:?} above the floor");
@@ -177,7 +178,7 @@ fn light_is_moved_and_not_added() {
 }
 
 /// A renderer on the CPU, and one on a device.
-fn renderers() -> [Renderer; 2] {
+pub(super) fn renderers() -> [Renderer; 2] {
     [Renderer::on_cpu(), crate::common::renderer(Tier::Native)]
 }
 
@@ -235,13 +236,25 @@ fn lights_that_throw_nothing_are_refused() {
         let text = format!("[[light]]\ncaustics = 2\n{keys}\n");
         read(&text).unwrap_err().to_string()
     };
-    for keys in [
-        "kind = 'point'\nposition = [0, 1, 0]",
-        "kind = 'directional'\ndirection = [0, -1, 0]\ncascades = 3",
-        "kind = 'directional'\ndirection = [0, -1, 0]\nsource = { kind = 'sun' }",
+    let down = "kind = 'directional'\ndirection = [0, -1, 0]";
+    let lamp = "kind = 'point'\nposition = [0, 1, 0]";
+    for (keys, words) in [
+        (format!("{down}\nsource = {{ kind = 'sun' }}"), "source elsewhere"),
+        (format!("{down}\ncasts = false"), "casts no shadow"),
+        (format!("{down}\nsize = 4096"), "2048"),
+        (format!("{lamp}\nsize = 2048"), "1024"),
+        (format!("{down}\n[[light.shadow]]\ndirection = [0, -1, 0.1]"), "further shadow"),
     ] {
-        assert!(error(keys).contains("one map"), "{}", error(keys));
+        assert!(error(&keys).contains(words), "{}", error(&keys));
     }
-    let large = error("kind = 'directional'\ndirection = [0, -1, 0]\nsize = 4096");
-    assert!(large.contains("2048"), "{large}");
+    for keys in [lamp.to_owned(), format!("{down}\ncascades = 3")] {
+        let text = format!("[[light]]\ncaustics = 2\n{keys}\n");
+        assert_eq!(read(&text).unwrap().lights[0].caustics, 2);
+    }
+    let glass = |keys: &str| {
+        let text = format!("[[material]]\nname = 'glass'\n{keys}\n");
+        read(&text).unwrap_err().to_string()
+    };
+    assert!(glass("dispersion = 1").contains("does not refract"));
+    assert!(glass("ior = 1.5\ndispersion = 21").contains("dispersion"));
 }

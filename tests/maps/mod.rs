@@ -6,6 +6,7 @@ mod brick_uploads;
 mod bricks;
 mod brute_force;
 mod cascades;
+mod caustic_lights;
 mod caustics;
 mod closed_forms;
 mod colored;

@@ -154,6 +154,30 @@ fn sheets_and_bodies_take_their_tint_once() {
     assert_light(light[2], tint);
 }
 
+/// Dispersion of bodies with an index; of a thin wall, which does not refract, it is ignored.
+#[test]
+fn bodies_disperse_light() {
+    let of = |dispersion: f32, thickness: f32| {
+        let mut material = glass(json!({ "pbrMetallicRoughness": plain([1.0; 4]) }));
+        material["extensions"]["KHR_materials_ior"] = json!({ "ior": 1.5 });
+        material["extensions"]["KHR_materials_dispersion"] = json!({ "dispersion": dispersion });
+        material["extensions"]["KHR_materials_volume"] = json!({ "thicknessFactor": thickness });
+        material
+    };
+    let mut model = Glb::new();
+    for (i, material) in
+        [of(0.5, 1.0), of(0.0, 1.0), of(0.5, 0.0), of(99.0, 1.0)].iter().enumerate()
+    {
+        let cube = cube(&mut model, material.clone());
+        model.place(cube, [2.0 * i as f32, 0.0, 0.0]);
+    }
+    let scene = scene(&Folder::new(), &model, "");
+    let of_glass = scene.materials.iter().filter(|material| material.transmission > 0.0);
+    let found: Vec<f32> = of_glass.map(|material| material.dispersion).collect();
+    assert_eq!(found, [0.5, 0.0, 0.0, 20.0]);
+    assert!(scene.notes.is_empty(), "{:?}", scene.notes);
+}
+
 /// With `KHR_materials_ior` thin walls reflect on both their faces, and bodies on each of the two crossed
 /// faces; without it nothing is lost, whatever the extension's default.
 #[test]

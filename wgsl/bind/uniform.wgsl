@@ -1,16 +1,17 @@
 // Uniform buffers. A name has one number in the whole project.
 
 import package::blur::window::BlurParams;
-import package::caustics::glass::CausticParams;
 import package::import::import::{ConvertParams, ImportParams};
 import package::levels::level_blocks::LevelParams;
 import package::records::batch::{BinParams, PartParams, ProjectParams};
+import package::records::bounce::{BOUNCE_LENGTH, BounceParams};
 import package::records::emitter::{EmissionParams, EmitterParams};
+import package::records::glass::CausticParams;
 import package::records::host::{CullParams, GaussianLook, HostGridParams, LoadParams};
 import package::records::light::{PictureParams, PointBatch};
 import package::records::mask::{HostView, MaskParams};
-import package::records::material::{GpuMaterial, MAX_MATERIALS};
-import package::records::view::{GpuView, MAX_VIEWS};
+import package::records::material::{MAX_MATERIALS, GpuMaterial};
+import package::records::view::{MAX_VIEWS, GpuView};
 import package::soften::run::SoftenParams;
 import package::sort::sort::SortPass;
 
@@ -36,4 +37,6 @@ import package::sort::sort::SortPass;
 @group(0) @binding(98) var<uniform> emitter_params: EmitterParams;
 @group(0) @binding(120) var<uniform> emission_params: EmissionParams;
 @group(0) @binding(180) var<uniform> caustic_params: CausticParams;
+@group(0) @binding(186) var<uniform> bounces: array<vec4<f32>, BOUNCE_LENGTH>;
+@group(0) @binding(187) var<uniform> bounce_params: BounceParams;
 @group(0) @binding(122) var<uniform> part_params: PartParams;

@@ -1,216 +1,133 @@
-// Light that glass refracts, to the surfaces where it lands. CPU reference:
-// crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
+// caustics, throw: adds the light of a map's texels to the texels where glass throws it. One invocation per
+// texel and, where glass disperses light, per channel. CPU reference: crates/gobo-reference/src/caustics.rs.
+// Rust: src/stage/caustics.rs.
 
 import package::bind::changed::caustics;
-import package::bind::read::{glass_depths, glass_owners};
-import package::bind::sampled::{filters, opaques};
+import package::bind::read::glass_owners;
+import package::bind::sampled::filters;
 import package::bind::uniform::{caustic_params, views};
-import package::caustics::glass::{
-    CARRY_BITS, CAUSTIC_ONE, NEAR_SURFACE, THROWN_BIT, glass_face, glass_normal, light_ray, map_place,
-    meets_face, texel_at,
+import package::caustics::glass_face::{glass_face, light_ray};
+import package::caustics::landing::{Landed, landing};
+import package::caustics::light_views::{
+    in_view, is_cube, map_place, seen, texel_number, texel_share,
 };
-import package::records::view::GpuView;
-
-// Place where a ray that glass refracts lands.
-
-// Doublings of the distance inside a body until the ray is out of it.
-const DOUBLINGS: u32 = 16u;
-// Halvings that find a crossing.
-const HALVINGS: u32 = 14u;
-// Steps from glass to the far plane.
-const LANDING_STEPS: u32 = 64u;
-
-// A place in the map [texels], or a point on a face; or none.
-struct Landed {
-    is_there: bool,
-    at: vec2<f32>,
-}
-
-struct Left {
-    is_there: bool,
-    point: vec3<f32>,
-    face: u32,
-}
-
-struct Bent {
-    passes: bool,
-    ray: vec3<f32>,
-}
-
-fn is_on_map(view: GpuView, place: vec2<f32>) -> bool {
-    return all(place >= vec2(0.0)) && all(place < view.size);
-}
-
-fn texel_index(view: GpuView, place: vec2<f32>) -> u32 {
-    let texel = vec2<u32>(clamp(place, vec2(0.0), view.size - 1.0));
-    return texel.y * u32(view.size.x) + texel.x;
-}
-
-// Snell's law for unit vectors; `ratio` of the refractive indices, `normal` on the ray's side. Nothing passes
-// at total reflection.
-fn bent(ray: vec3<f32>, normal: vec3<f32>, ratio: f32) -> Bent {
-    let cosine = -dot(ray, normal);
-    let rest = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
-    let through = ray * ratio + normal * (ratio * cosine - sqrt(max(rest, 0.0)));
-    return Bent(rest >= 0.0, normalize(through));
-}
-
-// Depth of the nearest face by which light leaves a body at a point's texel, minus the point's depth; below 0
-// outside all bodies.
-fn left_depth(view: GpuView, point: vec3<f32>) -> f32 {
-    let place = map_place(view, point);
-    let at = 2u * texel_index(view, place) + 1u;
-    let depth = bitcast<f32>(~glass_depths[at]);
-    let own = (-point.z - view.near) / (view.far - view.near);
-    return select(-1.0, depth - own, is_on_map(view, place) && glass_owners[at] != 0u);
-}
-
-// Place where a ray inside a body leaves it, and the face; `is_there` is false for a surface without a body
-// behind it.
-fn way_out(view: GpuView, start: vec3<f32>, ray: vec3<f32>) -> Left {
-    let place = map_place(view, start);
-    if !is_on_map(view, place) || glass_owners[2u * texel_index(view, place) + 1u] == 0u {
-        return Left(false, start, 0u);
-    }
-    var near = 0.0;
-    var far = texel_at(view, start);
-    for (var i = 0u; i < DOUBLINGS; i += 1u) {
-        if left_depth(view, start + ray * far) < 0.0 {
-            break;
-        }
-        near = far;
-        far *= 2.0;
-    }
-    for (var i = 0u; i < HALVINGS; i += 1u) {
-        let middle = 0.5 * (near + far);
-        let is_out = left_depth(view, start + ray * middle) < 0.0;
-        near = select(middle, near, is_out);
-        far = select(far, middle, is_out);
-    }
-    let point = start + ray * near;
-    let end = map_place(view, point);
-    let owner = glass_owners[2u * texel_index(view, end) + 1u];
-    return Left(is_on_map(view, end) && owner != 0u, point, ~owner);
-}
-
-// Depth of a point minus that of the opaque surface at its texel [m].
-fn behind_opaque(view: GpuView, point: vec3<f32>) -> f32 {
-    let texel = vec2<u32>(clamp(map_place(view, point), vec2(0.0), view.size - 1.0));
-    let depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
-    return -point.z - (view.near + depth * (view.far - view.near));
-}
-
-// First place where a ray meets the opaque depths.
-fn meets_opaque(view: GpuView, start: vec3<f32>, ray: vec3<f32>) -> Landed {
-    let nowhere = Landed(false, vec2(0.0));
-    if ray.z >= 0.0 {
-        return nowhere;
-    }
-    let step = (view.far + start.z) / (f32(LANDING_STEPS) * -ray.z);
-    var before = false;
-    for (var i = 0u; i <= LANDING_STEPS; i += 1u) {
-        let along = step * f32(i);
-        if !is_on_map(view, map_place(view, start + ray * along)) {
-            return nowhere;
-        }
-        let is_behind = behind_opaque(view, start + ray * along) >= 0.0;
-        if is_behind && !before {
-            var near = max(along - step, 0.0);
-            var far = along;
-            for (var k = 0u; k < HALVINGS; k += 1u) {
-                let middle = 0.5 * (near + far);
-                let is_past = behind_opaque(view, start + ray * middle) >= 0.0;
-                near = select(middle, near, is_past);
-                far = select(far, middle, is_past);
-            }
-            let point = start + ray * far;
-            let place = map_place(view, point);
-            let texel = vec2<u32>(clamp(place, vec2(0.0), view.size - 1.0));
-            let depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
-            // Past the edge of a nearer surface, the ray goes on behind it.
-            let is_surface = behind_opaque(view, point) < NEAR_SURFACE * texel_at(view, point);
-            if is_surface && depth < 1.0 {
-                return Landed(is_on_map(view, place), place);
-            }
-        }
-        before = is_behind;
-    }
-    return nowhere;
-}
-
-// Place where a ray through `texel` lands, by the face `number` through which it enters.
-fn landing(view: GpuView, texel: vec2<f32>, number: u32) -> Landed {
-    let nowhere = Landed(false, vec2(0.0));
-    let entry = glass_face(view, number);
-    let ray = light_ray(view, texel);
-    let met = meets_face(entry, ray);
-    let straight = normalize(ray.step);
-    let inside = bent(straight, glass_normal(view, number, entry, met.weights, straight), 1.0 / entry.ior);
-    if !met.is_met || !inside.passes {
-        return nowhere;
-    }
-    let start = ray.start + ray.step * met.along;
-    let left = way_out(view, start, inside.ray);
-    if !left.is_there {
-        return meets_opaque(view, start, inside.ray);
-    }
-    let exit = glass_face(view, left.face);
-    let out = meets_face(exit, light_ray(view, map_place(view, left.point)));
-    let outside = bent(inside.ray, glass_normal(view, left.face, exit, out.weights, inside.ray), exit.ior);
-    if !out.is_met || !outside.passes {
-        return nowhere;
-    }
-    return meets_opaque(view, left.point, outside.ray);
-}
+import package::records::glass::{CARRY_BITS, CAUSTIC_ONE, THROWN_BIT};
 
 override WORKGROUP_SIZE: u32;
 
-// Adds to a texel; a sum past 32 bits carries, so that the result does not depend on the order.
-fn add_caustic(view: GpuView, place: vec2<f32>, light: vec3<f32>) {
-    let texel = vec2<u32>(clamp(place, vec2(0.0), view.size - 1.0));
-    let first = 4u * (caustic_params.first + texel.y * u32(view.size.x) + texel.x);
-    let added = vec3<u32>(light * CAUSTIC_ONE + 0.5);
+// Most points along the edge of a texel that its light is divided into, over its rays and their footprints.
+const MAX_PARTS: u32 = 32u;
+// Largest edge of a ray's footprint [texels].
+const MAX_FOOTPRINT: f32 = 64.0;
+// Edge of a footprint where the neighbouring ray lands nowhere, [texels].
+const USUAL_FOOTPRINT: f32 = 8.0;
+
+// Adds to a texel; a sum past 32 bits carries, so that the result does not depend on the order. `rest`: what
+// rounding left of the light before; returns what it leaves now.
+fn add_caustic(number: u32, place: vec2<f32>, light: vec3<f32>, rest: vec3<f32>) -> vec3<f32> {
+    let first = 4u * (caustic_params.first + texel_number(number, place));
+    let whole = light * CAUSTIC_ONE + rest;
+    let added = vec3<u32>(whole);
     for (var i = 0u; i < 3u; i += 1u) {
         let former = atomicAdd(&caustics[first + i], added[i]);
         if added[i] > ~former {
             atomicAdd(&caustics[first + 3u], 1u << (CARRY_BITS * i));
         }
     }
+    return whole - vec3<f32>(added);
 }
 
-// caustics, throw: adds the light of a map's texels to the texels where glass throws it. One invocation per
-// texel.
+fn add_to_four(number: u32, place: vec2<f32>, light: vec3<f32>, before: vec3<f32>) -> vec3<f32> {
+    let corner = floor(place - 0.5);
+    let far = place - 0.5 - corner;
+    let near = 1.0 - far;
+    var rest = add_caustic(number, corner, light * (near.x * near.y), before);
+    rest = add_caustic(number, corner + vec2(1.0, 0.0), light * (far.x * near.y), rest);
+    rest = add_caustic(number, corner + vec2(0.0, 1.0), light * (near.x * far.y), rest);
+    return add_caustic(number, corner + vec2(1.0, 1.0), light * (far.x * far.y), rest);
+}
+
+// Way from the place of a ray to that of its neighbour, which may be in the map of another face [texels].
+fn way_to(landed: Landed, next: Landed, usual: vec2<f32>) -> vec2<f32> {
+    var at = next.at;
+    if next.is_there && next.number != landed.number {
+        let ray = light_ray(next.number, next.at).step;
+        at = map_place(views[landed.number], in_view(landed.number, ray));
+    }
+    let way = select(usual * USUAL_FOOTPRINT, at - landed.at, next.is_there);
+    return way * min(1.0, MAX_FOOTPRINT / max(length(way), 1e-6));
+}
+
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn throw_light(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
 ) {
     let index = id.y * workgroups.x * WORKGROUP_SIZE + id.x;
-    let view = views[0];
+    let own = caustic_params.number;
+    let view = views[own];
     let width = u32(view.size.x);
     if index >= width * u32(view.size.y) {
         return;
     }
-    let owner = glass_owners[2u * index];
-    if owner == 0u {
+    let texel = caustic_params.base + index;
+    let stored = glass_owners[2u * texel];
+    if stored == 0u {
         return;
     }
-    atomicOr(&caustics[4u * (caustic_params.first + index) + 3u], THROWN_BIT);
-    let texel = vec2(index % width, index / width);
+    let owner = ~stored;
+    let disperses = glass_face(owner).spread > 0.0;
+    if id.z > 0u && !disperses {
+        return;
+    }
+    atomicOr(&caustics[4u * (caustic_params.first + texel) + 3u], THROWN_BIT);
+    let shift = select(0.0, f32(id.z) - 1.0, disperses);
+    let channel = select(vec3(1.0), vec3(f32(id.z == 0u), f32(id.z == 1u), f32(id.z == 2u)), disperses);
+    let at = vec2(index % width, index / width);
     let rays = caustic_params.rays;
-    let count = select(0u, rays * rays, owner != 0u);
-    let light = textureLoad(filters, view.origin + texel, view.layer, 0).rgb / f32(rays * rays);
+    let edge = 1.0 / f32(rays);
+    var rest = vec3(0.5);
+    let light = textureLoad(filters, view.origin + at, view.layer, 0).rgb * channel * (edge * edge);
+    // No loop depends on uniforms alone.
+    let count = select(0u, rays * rays, stored != 0u);
     for (var i = 0u; i < count; i += 1u) {
-        let part = vec2(f32(i % rays), f32(i / rays)) + 0.5;
-        let landed = landing(view, vec2<f32>(texel) + part / f32(rays), ~owner);
+        let place = vec2<f32>(at) + (vec2(f32(i % rays), f32(i / rays)) + 0.5) * edge;
+        // The ray and two neighbours: its light falls on what lies between the places where they land. One
+        // call for all three keeps the kernel small.
+        var landed: Landed;
+        var right: Landed;
+        var below: Landed;
+        for (var k = 0u; k < 3u; k += 1u) {
+            let aside = vec2(select(0.0, edge, k == 1u), select(0.0, edge, k == 2u));
+            below = landing(own, place + aside, owner, shift);
+            if k == 0u {
+                landed = below;
+            }
+            if k == 1u {
+                right = below;
+            }
+            if !landed.is_there {
+                break;
+            }
+        }
         if landed.is_there {
-            let corner = floor(landed.at - 0.5);
-            let far = landed.at - 0.5 - corner;
-            let near = 1.0 - far;
-            add_caustic(view, corner, light * (near.x * near.y));
-            add_caustic(view, corner + vec2(1.0, 0.0), light * (far.x * near.y));
-            add_caustic(view, corner + vec2(0.0, 1.0), light * (near.x * far.y));
-            add_caustic(view, corner + vec2(1.0, 1.0), light * (far.x * far.y));
+            let across = way_to(landed, right, vec2(1.0, 0.0));
+            let down = way_to(landed, below, vec2(0.0, 1.0));
+            let wide = max(abs(across), abs(down));
+            let parts = clamp(u32(ceil(max(wide.x, wide.y))), 1u, MAX_PARTS / rays);
+            let arriving = light * (texel_share(own, place) / texel_share(landed.number, landed.at));
+            for (var k = 0u; k < parts * parts; k += 1u) {
+                let part = (vec2(f32(k % parts), f32(k / parts)) + 0.5) / f32(parts) - 0.5;
+                let to = landed.at + across * part.x + down * part.y;
+                var number = landed.number;
+                var texel_at = to;
+                if is_cube() & (any(to < vec2(0.0)) | any(to >= view.size)) {
+                    let other = seen(light_ray(number, to).step);
+                    number = other.number;
+                    texel_at = other.place;
+                }
+                rest = add_to_four(number, texel_at, arriving / f32(parts * parts), rest);
+            }
         }
     }
 }

@@ -2,18 +2,50 @@
 
 import package::bind::read::caustics;
 import package::bind::sampled::opaques;
-import package::caustics::glass::{NEAR_SURFACE, caustic_light};
+import package::records::glass::{NEAR_SURFACE, caustic_light};
 import package::records::light::{GpuLight, shadow_view};
+import package::records::view::{GpuView, ROLE_FACE, ROLE_WINDOW};
+import package::shade::incoming::cube_face;
+import package::shade::shadow::window_share;
 
-// Share of a light at a point, of which its map passes `straight`: where the point is on the opaque surface,
+// Share of a light at a point, of which its maps pass `straight`: where the point is on the opaque surface,
 // with the light that lands there, and without light that was thrown elsewhere.
 fn with_thrown(light: GpuLight, point: vec3<f32>, straight: vec3<f32>) -> vec3<f32> {
     // Before the texels stands the index of each view's first texel, or 0.
-    let first = caustics[light.first_view].x;
-    if light.view_count == 0u || first == 0u {
+    if light.view_count == 0u || caustics[light.first_view].x == 0u {
         return straight;
     }
-    let view = shadow_view(light.first_view);
+    var index = light.first_view;
+    let whole = shadow_view(index);
+    let is_cube = whole.role == ROLE_FACE;
+    if is_cube {
+        let in_view = whole.view_from_world * vec4(point, 1.0);
+        index += cube_face((vec4(in_view.xyz, 0.0) * whole.view_from_world).xyz);
+    }
+    let last = select(light.first_view + whole.role_count - 1u, index, is_cube);
+    var sum = vec4(0.0);
+    var rest = 1.0;
+    loop {
+        let view = shadow_view(index);
+        var share = 1.0;
+        if view.role == ROLE_WINDOW {
+            share = window_share(light, view, point);
+        }
+        if share > 0.0 {
+            sum += landed_light(view, caustics[index].x, point) * (rest * share);
+            rest *= 1.0 - share;
+        }
+        index += 1u;
+        if rest <= 0.0 || index > last {
+            break;
+        }
+    }
+    return straight * (1.0 - sum.w) + sum.rgb;
+}
+
+// Light that lands around a point of a view, and the share of the straight light there that was thrown
+// elsewhere; none off the opaque surface. `first`: of the view's texels.
+fn landed_light(view: GpuView, first: u32, point: vec3<f32>) -> vec4<f32> {
     let seen = (view.view_from_world * vec4(point, 1.0)).xyz;
     let texel = select(1.0, -seen.z, view.perspective > 0.0) / view.scale;
     let spread = view.scale / select(1.0, max(-seen.z, 1e-6), view.perspective > 0.0);
@@ -41,9 +73,5 @@ fn with_thrown(light: GpuLight, point: vec3<f32>, straight: vec3<f32>) -> vec3<f
             }
         }
     }
-    if whole <= 0.0 {
-        return straight;
-    }
-    let mean = sum / whole;
-    return straight * (1.0 - mean.w) + mean.rgb;
+    return select(vec4(0.0), sum / whole, whole > 0.0);
 }

@@ -64,6 +64,8 @@ fn through_map(leveled: Leveled) -> vec3<f32> {
 
 // Light past filters alone that meet an opaque receiver's plane within its bias.
 
+// Texels of a round.
+const TOUCH_TEXELS: u32 = 9u;
 // Least light to divide by.
 const MIN_LIGHT: f32 = 1e-4;
 // Rounding of depths along a plane that faces the light, in steps of a curve's depths.
@@ -71,21 +73,26 @@ const PLANE_ROUNDING: f32 = 0.0625;
 
 // A filter that crosses the plane is behind a part of it. Texels where the plane is nearer than the point and
 // the others are averaged apart, and the darker mean counts: all texels of one side see a filter before the
-// point, and none of the nearer side see one behind it.
+// point, and none of the nearer side see one behind it. Where the plane faces the light no texel is nearer:
+// then the darkest of the halves on each side of the point, so that no texel without the filter counts.
 fn touching_light(is_asked: bool) -> vec3<f32> {
     let own = receiver_end(spot_center, 0.0);
     let touch = spot_bias * (1.0 + TOUCH);
     let middle = floor(spot_center);
     let weights_x = spline(spot_center.x - middle.x - 0.5);
     let weights_y = spline(spot_center.y - middle.y - 0.5);
+    var darkest = vec3(1.0);
+    var faces_light = false;
     // Light, and weight.
     var nearer = vec4(0.0);
     var deeper = vec4(0.0);
     var i = 0u;
-    let count = select(0u, 9u, is_asked);
+    // Three rounds: by depth, by column and by row.
+    let count = select(0u, 3u * TOUCH_TEXELS, is_asked);
     if count > 0u {
         loop {
-            let step = vec2(i % 3u, i / 3u);
+            let round = i / TOUCH_TEXELS;
+            let step = vec2(i % 3u, i / 3u % 3u);
             let texel = middle + vec2<f32>(step) - 1.0;
             let at = spot_view.origin + vec2<u32>(clamp(texel, vec2(0.0), spot_view.size - 1.0));
             let end = receiver_end(texel + 0.5, 0.0);
@@ -101,16 +108,33 @@ fn touching_light(is_asked: bool) -> vec3<f32> {
                 light = select(light, textureLoad(filters, at, spot_view.layer, 0).rgb, is_between);
             }
             let weighted = vec4(light, 1.0) * (weights_x[step.x] * weights_y[step.y]);
-            let is_deep = end + PLANE_ROUNDING >= own;
+            let is_beyond = texel + 0.5 >= spot_center;
+            let is_deep = select(
+                select(end + PLANE_ROUNDING >= own, is_beyond.x, round == 1u),
+                is_beyond.y,
+                round == 2u,
+            );
             nearer += select(weighted, vec4(0.0), is_deep);
             deeper += select(vec4(0.0), weighted, is_deep);
             i += 1u;
+            if i % TOUCH_TEXELS == 0u {
+                let a = select(vec3(1.0), nearer.xyz / max(nearer.w, MIN_LIGHT), nearer.w > MIN_LIGHT);
+                let b = select(vec3(1.0), deeper.xyz / max(deeper.w, MIN_LIGHT), deeper.w > MIN_LIGHT);
+                faces_light = faces_light || (round == 0u && nearer.w <= MIN_LIGHT);
+                let darker = select(a, b, sum_of(b) < sum_of(a));
+                let counts = round == 0u || (faces_light && sum_of(darker) < sum_of(darkest));
+                darkest = select(darkest, darker, counts);
+                nearer = vec4(0.0);
+                deeper = vec4(0.0);
+            }
             if i >= count {
                 break;
             }
         }
     }
-    let a = select(vec3(1.0), nearer.xyz / max(nearer.w, MIN_LIGHT), nearer.w > MIN_LIGHT);
-    let b = select(vec3(1.0), deeper.xyz / max(deeper.w, MIN_LIGHT), deeper.w > MIN_LIGHT);
-    return select(a, b, b.x + b.y + b.z < a.x + a.y + a.z);
+    return darkest;
+}
+
+fn sum_of(light: vec3<f32>) -> f32 {
+    return light.x + light.y + light.z;
 }

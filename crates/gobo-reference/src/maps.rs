@@ -6,7 +6,7 @@ use super::{
     blur::blur,
     capsule::project_capsule,
     caster_hit::Records,
-    caustics::thrown,
+    caustics::throw_all,
     curve::{
         soften::soften_curves,
         tile::{CurveModes, curves},
@@ -31,7 +31,7 @@ use gobo::{
     records::{
         BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Capsules, Caster, CurveMap, DEPTH_BITS, Footprint,
         GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
-        ORDERED_SEGMENT, TileRect, TriangleRecord, TriangleSetup, ViewMaps, glass_faces,
+        ORDERED_SEGMENT, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
     },
 };
 
@@ -106,20 +106,8 @@ pub fn render_maps(scene: &Scene, views: &[View]) -> (Vec<ViewMaps>, Counters) {
         skipped: scene.skipped.clone(),
         ..Counters::default()
     };
-    let rays = |view: &View| {
-        view.light.and_then(|light| scene.lights.get(light)).map_or(0, |light| light.caustics)
-    };
-    let has_caustics = views.iter().any(|view| rays(view) > 0);
-    let faces = if has_caustics { glass_faces(&scene.casters()) } else { Vec::new() };
-    let render = |view: &View| {
-        let mut maps = records.render(view, &mut counters);
-        if rays(view) > 0 {
-            let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
-            maps.caustics = thrown(&gpu_view, &maps, &faces, rays(view));
-        }
-        maps
-    };
-    let maps = views.iter().map(render).collect();
+    let mut maps: Vec<_> = views.iter().map(|view| records.render(view, &mut counters)).collect();
+    throw_all(scene, views, &mut maps);
     (maps, counters)
 }
 

@@ -1,7 +1,7 @@
 //! Tables of lights and their shadows in the library's units.
 use super::{SceneError, keys::Keys, tables};
 use gobo::model::{
-    Cascades, Light, LightKind, LookUp, MAX_CASCADES, MAX_CAUSTIC_RAYS, MAX_SHADOWS,
+    Cascades, Light, LightKind, LookUp, MAX_BOUNCE, MAX_CASCADES, MAX_CAUSTIC_RAYS, MAX_SHADOWS,
     MAX_SOURCE_SIZE, MAX_SUN_ANGLE, MAX_VIEWPOINTS, Shadow, Source,
 };
 use serde::Deserialize;
@@ -41,6 +41,7 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
     let intensity = keys.number("intensity", 0.0..=f32::MAX, "0 or more")?;
     let source = keys.one("source", |of| source(of, keys, kind))?.map(Spanned::into_inner);
     let rays = format!("0 to {MAX_CAUSTIC_RAYS} rays along the edge of a texel");
+    let points = format!("0 to {MAX_BOUNCE} points along the edge of a map");
     let light = Light {
         name: keys.given("name")?.unwrap_or_else(|| format!("light{index}")),
         kind,
@@ -58,6 +59,7 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
         source: source.map(|(source, _)| source),
         viewpoints: source.map_or(1, |(_, viewpoints)| viewpoints),
         caustics: keys.whole("caustics", 0, 0..=MAX_CAUSTIC_RAYS, &rays)?,
+        bounce: keys.whole("bounce", 0, 0..=MAX_BOUNCE, &points)?,
         look_up: LookUp {
             filter: tables::filter(keys)?,
             bias: keys.bias("bias")?,
@@ -66,9 +68,26 @@ pub(super) fn light(keys: &Keys<'_>, index: usize) -> Result<Light, SceneError> 
         },
         shadows: shadows.into_iter().map(Spanned::into_inner).collect(),
     };
-    match light.caustics_problem() {
-        Some(problem) => Err(keys.fault("caustics", problem, "remove caustics, or the other key")),
-        None => Ok(light),
+    match (light.caustics_problem(), light.bounce_problem()) {
+        (Some(problem), _) => Err(keys.fault("caustics", problem, without_caustics(&light))),
+        (None, Some(problem)) => {
+            let help = if light.casts { "lower bounce" } else { "remove bounce, or casts = false" };
+            Err(keys.fault("bounce", problem, help))
+        }
+        (None, None) => Ok(light),
+    }
+}
+
+/// Remedy where a light's caustics cannot be made.
+fn without_caustics(light: &Light) -> &'static str {
+    if !light.casts {
+        "remove caustics, or casts = false"
+    } else if light.source.is_some() {
+        "remove the source: the caustics are then those of its middle, and sharper; or remove caustics"
+    } else if !light.shadows.is_empty() {
+        "give the further shadow to a light of its own, or remove caustics"
+    } else {
+        "lower size, or remove caustics"
     }
 }
 

@@ -11,6 +11,8 @@ pub enum Limit {
     Lights,
     /// Viewpoints of area lights that cast shadows.
     Sources,
+    /// Points of lights that surfaces send on: a uniform array on every device.
+    Bounces,
     /// Materials: a uniform array on every device.
     Materials,
     /// Textures: layers of a texture array in WebGPU.
@@ -40,9 +42,10 @@ pub enum Limit {
 
 impl Limit {
     /// All limits.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Lights,
         Self::Sources,
+        Self::Bounces,
         Self::Materials,
         Self::Textures,
         Self::Texels,
@@ -62,6 +65,7 @@ impl Limit {
         match self {
             Self::Lights => gobo::records::MAX_LIGHTS as u64,
             Self::Sources => gobo::records::MAX_AREAS as u64,
+            Self::Bounces => gobo::model::MAX_BOUNCES as u64,
             Self::Materials => gobo::records::MAX_MATERIALS as u64,
             Self::Textures => 256,
             Self::Texels => 1 << 28,
@@ -80,6 +84,7 @@ impl Limit {
         match self {
             Self::Lights => "lights",
             Self::Sources => "viewpoints of sources",
+            Self::Bounces => "points that send light on",
             Self::Materials => "materials",
             Self::Textures => "textures",
             Self::Texels => "texels of textures",
@@ -99,6 +104,7 @@ impl Limit {
         match self {
             Self::Lights => "remove lights, or put those that are close together into one",
             Self::Sources => "remove the source of some lights, or give them fewer viewpoints",
+            Self::Bounces => "lower the bounce of some lights",
             Self::Materials => "share materials that are alike",
             Self::Textures => "share textures, or paint several into one",
             Self::Texels => "make the textures smaller",

@@ -180,7 +180,7 @@ impl<'a> Loader<'a> {
 
     fn lights(&mut self, document: &Document) -> Result<(), SceneError> {
         let mut names = HashSet::new();
-        let mut sources = 0;
+        let (mut sources, mut bounces) = (0, 0);
         for (index, table) in document.light.iter().enumerate() {
             self.check_limit(Limit::Lights, index, 1, (&table.span(), "kind"))?;
             let light = table.get_ref();
@@ -194,6 +194,9 @@ impl<'a> Loader<'a> {
                 self.check_limit(Limit::Sources, sources, viewpoints, (&table.span(), "source"))?;
                 sources += viewpoints;
             }
+            let points = light.bounce_count() as usize;
+            self.check_limit(Limit::Bounces, bounces, points, (&table.span(), "bounce"))?;
+            bounces += points;
             self.scene.lights.push(light.clone());
         }
         Ok(())

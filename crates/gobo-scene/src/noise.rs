@@ -14,6 +14,8 @@ use rayon::prelude::*;
 pub enum KindOfTexture {
     /// White; five octaves of gradient noise (Perlin 2002) are the alpha.
     Noise,
+    /// The same in a round window that stands still, so that a quad shows no corners.
+    Smoke,
     /// A chessboard of white and rainbow colours.
     Checks,
     /// Upright stripes in rainbow colours.
@@ -89,6 +91,10 @@ impl Noise {
             KindOfTexture::Noise => {
                 Box::new(|at| [255, 255, 255, (self.at(at, age) * 255.0).round() as u8])
             }
+            KindOfTexture::Smoke => Box::new(move |at| {
+                let alpha = self.at(at, age) * painted::window(at + shift);
+                [255, 255, 255, (alpha * 255.0).round() as u8]
+            }),
             KindOfTexture::Checks => Box::new(|at| painted::checks(at, cells)),
             KindOfTexture::Stripes => Box::new(|at| painted::stripes(at, cells)),
             KindOfTexture::Caustics => {

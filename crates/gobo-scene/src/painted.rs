@@ -32,6 +32,15 @@ pub(super) fn stripes(uv: Vec2, cells: u32) -> [u8; 4] {
     rainbow(cell as f32 / cells as f32)
 }
 
+/// A round window: 1 in the middle of the texture, 0 from the middle of its edges on.
+pub(super) fn window(uv: Vec2) -> f32 {
+    let t = ((1.0 - (2.0 * uv - 1.0).length()) / SOFT_RIM).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// Width of a window's rim, in half edges of the texture.
+const SOFT_RIM: f32 = 0.7;
+
 /// Bright lines along the borders of the Voronoi cells of wandering points (Worley 1996).
 pub(super) struct Caustics {
     coarse: Net,
@@ -101,6 +110,19 @@ const SHARPNESS: f32 = 10.8;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A smoothstep over the rim: a half at its middle, nothing along the texture's edges.
+    #[test]
+    fn a_window_is_round() {
+        let off = |x: f32, y: f32| window(Vec2::new(0.5 + 0.5 * x, 0.5 + 0.5 * y));
+        assert!(off(0.0, 0.0) == 1.0 && off(0.2, -0.2) == 1.0);
+        for angle in 0..16 {
+            let way = Vec2::from_angle(angle as f32 * 0.4);
+            let half = off(0.65 * way.x, 0.65 * way.y);
+            assert!((half - 0.5).abs() < 1e-5 && off(way.x, way.y) < 1e-9, "{half}");
+        }
+        assert_eq!(off(1.0, 1.0), 0.0);
+    }
 
     #[test]
     fn caustics_are_a_quarter_on_average() {

@@ -268,6 +268,12 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         return Err(keys.fault("catcher", "a catcher that is not opaque", help));
     }
     let (ior, fresnel) = glass(keys, filters)?;
+    let dispersion = keys.number("dispersion", 0.0..=20.0, "from 0 to 20")?;
+    if dispersion.is_some() && !matches!(fresnel, Fresnel::Face { .. }) {
+        let message = "dispersion of what does not refract light";
+        let help = "give the material an ior, and neither thin nor an opaque transfer";
+        return Err(keys.fault("dispersion", message, help));
+    }
     let far_side = far_side(keys, transfer, catcher)?;
     let texture = keys.given("texture")?;
     if let Some(TextureSource::Noise(noise)) = &texture {
@@ -291,6 +297,7 @@ pub(super) fn material(keys: &Keys<'_>) -> Result<MaterialTable, SceneError> {
         metallic: keys.share("metallic", usual.metallic)?,
         ior,
         fresnel,
+        dispersion: dispersion.unwrap_or(0.0),
         far_side: usual.far_side,
         details: usual.details,
         frost: keys.share("frost", usual.frost)?,

@@ -141,6 +141,7 @@ fn range_problem(material: &Material) -> Option<&'static str> {
             [ior, fresnel.ior()].iter().all(|ior| (1.0..=3.0).contains(ior)),
             "its index of refraction must be 1 to 3",
         ),
+        ((0.0..=20.0).contains(&material.dispersion), "its dispersion must be 0 to 20"),
         (is_density, "the density of its Gaussians must be finite and not negative"),
     ]
     .into_iter()

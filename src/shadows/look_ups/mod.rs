@@ -1,4 +1,5 @@
 //! Readers of the maps: light at points, WGSL for shaders of the host, and other layouts.
+mod bounce;
 mod caustics;
 pub(super) mod converted;
 pub(super) mod host_shader;

@@ -12,6 +12,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "NO_COAT",
     "REACH_LANES",
     "PLANE_ROUNDING",
+    "TOUCH_TEXELS",
     "OFTEN_FEW",
     "WALKS_APART",
     "READS_OPAQUE",

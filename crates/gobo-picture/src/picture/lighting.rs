@@ -75,6 +75,7 @@ impl Lighting {
         let resources = Resources::new()
             .with_any("levels", of_levels)
             .with_any("caustics", prepared.caustics.as_ref().map(|it| &it.texels))
+            .with_any("bounces", prepared.caustics.as_ref().map(|it| &it.bounces))
             .with("air", &volume)
             .with("environment", &environment);
         let resources = masks.iter().fold(resources, |all, it| all.and(&it.resources()));

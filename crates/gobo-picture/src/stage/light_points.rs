@@ -27,6 +27,8 @@ pub const LIST_HEAD: u32 = 4;
 
 const RADIANCE: Choice = Choice::new("light_output", "shade/point_light.wgsl");
 const UNMASKED: Choice = Choice::new("mask", "shade/composite_none.wgsl");
+const NO_BOUNCE: Choice = Choice::new("bounced", "shade/composite_none.wgsl");
+const BOUNCED: Choice = Choice::new("bounced", "shade/bounced.wgsl");
 const MASKED: Choice = Choice::new("mask", "shade/composite_kept.wgsl");
 
 const fn lit(name: &'static str, with: &'static [Choice]) -> KernelDesc {
@@ -36,28 +38,32 @@ const fn lit(name: &'static str, with: &'static [Choice]) -> KernelDesc {
 
 /// Light at the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc =
-    lit("light_points", &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, STRAIGHT]);
+    lit("light_points", &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, STRAIGHT, NO_BOUNCE]);
 /// [`LIGHT_POINTS`] with area lights.
 pub const AREA_LIGHT_POINTS: KernelDesc =
-    lit("area_light_points", &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, STRAIGHT]);
+    lit("area_light_points", &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, STRAIGHT, NO_BOUNCE]);
 /// [`LIGHT_POINTS`] with shadow masks.
 pub const MASKED_LIGHT_POINTS: KernelDesc =
-    lit("masked_light_points", &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, STRAIGHT]);
+    lit("masked_light_points", &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, STRAIGHT, NO_BOUNCE]);
 /// [`MASKED_LIGHT_POINTS`] with area lights.
-pub const AREA_MASKED_LIGHT_POINTS: KernelDesc =
-    lit("area_masked_light_points", &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, STRAIGHT]);
+pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = lit(
+    "area_masked_light_points",
+    &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, STRAIGHT, NO_BOUNCE],
+);
 /// [`LIGHT_POINTS`] with light that glass throws.
 pub const THROWN_LIGHT_POINTS: KernelDesc =
-    lit("thrown_light_points", &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, THROWN]);
+    lit("thrown_light_points", &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, THROWN, BOUNCED]);
 /// [`AREA_LIGHT_POINTS`] with light that glass throws.
 pub const THROWN_AREA_LIGHT_POINTS: KernelDesc =
-    lit("thrown_area_light_points", &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, THROWN]);
+    lit("thrown_area_light_points", &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, THROWN, BOUNCED]);
 /// [`MASKED_LIGHT_POINTS`] with light that glass throws.
 pub const THROWN_MASKED_LIGHT_POINTS: KernelDesc =
-    lit("thrown_masked_light_points", &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, THROWN]);
+    lit("thrown_masked_light_points", &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, THROWN, BOUNCED]);
 /// [`AREA_MASKED_LIGHT_POINTS`] with light that glass throws.
-pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc =
-    lit("thrown_area_masked_light_points", &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, THROWN]);
+pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc = lit(
+    "thrown_area_masked_light_points",
+    &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, THROWN, BOUNCED],
+);
 
 /// The kernel that evaluates the light of a picture's points.
 pub fn light_points(features: Features) -> &'static KernelDesc {

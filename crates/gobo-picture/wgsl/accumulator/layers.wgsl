@@ -27,6 +27,7 @@ import package::shade::details::emission_at;
 import package::shade::layer::{
     LAYER_TEXELS, NOWHERE, NO_PANE, Pane, mirrored_share, packed_pane, scattered_share, seen_color,
 };
+import package::shade::near_surface::share_before_surface;
 import package::shade::normals::{normals_at, pane_caster};
 import package::shade::points::append_point;
 import package::shade::surface::{eye, world_point};
@@ -165,13 +166,14 @@ fn wait(pane: Waiting, caster: u32) {
     }
 }
 
-fn lay_particle(view: GpuView, hit: Hit, arriving: vec3<f32>) {
+fn lay_particle(view: GpuView, bounds: vec4<f32>, hit: Hit, arriving: vec3<f32>) {
     lay_fog(hit.depth);
     let material = materials[hit.material];
+    let share = share_before_surface(view, bounds, material, corner + 0.5, hit.depth, opaque_depth);
     let adds = material.transfer == TRANSFER_NONE;
     let light = select(arriving, vec3(1.0), adds);
     var sent = seen_color(hit, material.transfer) * light + material.emission;
-    var covered = vec3(hit.opacity);
+    var covered = vec3(hit.opacity * share);
     if HAS_BRICKS {
         let is_brick = material.shape == SHAPE_BRICK;
         sent = select(sent, hit.color, is_brick && !adds);
@@ -206,7 +208,7 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
         lay_waiting(view, select(hit.depth, -1.0, is_pane));
     }
     if HAS_PARTICLES && !is_pane {
-        lay_particle(view, hit, textureLoad(lit, record_texel(id), 0).rgb);
+        lay_particle(view, footprint.bounds, hit, textureLoad(lit, record_texel(id), 0).rgb);
     }
 }
 

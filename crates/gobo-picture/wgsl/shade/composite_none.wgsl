@@ -1,4 +1,4 @@
-// Choices of a picture without a shadow catcher, occlusion, refraction and masks.
+// Choices of a picture without a shadow catcher, occlusion, refraction, masks and light that surfaces send on.
 
 import package::records::point::Point;
 
@@ -33,4 +33,9 @@ struct Masked {
 
 fn masked(light: u32, point: Point) -> Masked {
     return Masked(vec3(1.0), false);
+}
+
+// No surface sends light to others.
+fn with_bounced(point: Point, light: vec3<f32>) -> vec3<f32> {
+    return light;
 }

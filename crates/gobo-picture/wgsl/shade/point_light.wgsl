@@ -6,8 +6,7 @@ import package::bind::uniform::{picture_params, point_batch};
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_COATS, HAS_FAR_SIDES, HAS_SHADOWS};
 import package::records::light::{cluster_list, light_record, listed_index};
 import package::records::point::{
-    POINT_BRICK, POINT_COVER, POINT_LEAF, POINT_NONE, POINT_PANE, POINT_SOLID, POINT_STRAND, Point, is_faced,
-    load_point,
+    POINT_BRICK, POINT_LEAF, POINT_NONE, POINT_SOLID, POINT_STRAND, Point, is_faced, load_point,
 };
 import package::records::point_list::{is_listed, point_at, point_count};
 import package::records::record::record_texel;
@@ -16,8 +15,9 @@ import package::shade::coat::{coat_mirrored, coat_shine, past_coat};
 import package::shade::incoming::incoming;
 import package::shade::own_shadow::{outside, own_passed};
 import package::shade::receiver::{set_leaf, set_receiver};
+import package::shade::scattered::scattered;
 import package::shade::shading::{
-    Gloss, HEAD_ON, PER_FOUR_PI, PER_PI, highlight, irradiance, mirrored, mirrored_sky, phase_of_orders,
+    Gloss, HEAD_ON, PER_PI, highlight, irradiance, mirrored, mirrored_sky, phase_of_orders,
     strand_scattered,
 };
 import package::shade::shadow::shadow;
@@ -25,23 +25,12 @@ import package::shade::surface::eye;
 import package::shade::taps::set_turn;
 import choice::aside::{aside, lay_aside};
 import choice::mask::masked;
+import choice::bounced::with_bounced;
 import choice::thrown::with_thrown;
 
 // Sums of the lights, laid aside; the second also holds the point's index.
 const ASIDE_DIFFUSE: u32 = ASIDE_LOCAL;
 const ASIDE_SHINE: u32 = ASIDE_LOCAL + 1u;
-
-// Share of the light from `toward` that a point of albedo 1 scatters to the eye, without mirrored light.
-fn scattered(point: Point, cosine: f32) -> f32 {
-    switch point.kind {
-        // A highlight never sends more than its head-on share.
-        case POINT_SOLID, POINT_LEAF: { return max(cosine, 0.0) * PER_PI * (1.0 - HEAD_ON * point.polish); }
-        case POINT_COVER: { return max(cosine, 0.0) * PER_PI; }
-        case POINT_PANE: { return abs(cosine) * PER_PI; }
-        // Evenly to all sides.
-        default: { return PER_FOUR_PI; }
-    }
-}
 
 // Ambient light that a point of albedo 1 scatters to the eye: on an opaque surface, only light that it does
 // not mirror. Where the surroundings are two colours, only metal mirrors them; the rest is scattered.
@@ -62,7 +51,7 @@ fn point_light(number: u32) -> vec3<f32> {
     set_turn(first.pixel);
     set_receiver(first.receives, first.tag, first.kind == POINT_SOLID);
     set_leaf(first.kind == POINT_LEAF);
-    lay_aside(ASIDE_DIFFUSE, bits_of(ambient(first), 0.0));
+    lay_aside(ASIDE_DIFFUSE, bits_of(with_bounced(first, ambient(first)), 0.0));
     lay_aside(ASIDE_SHINE, vec4(vec3(0u), number));
     var i = 0u;
     // Loops over lights and views test at their end: llvmpipe executes a body once more where the test comes

@@ -2,6 +2,7 @@
 use super::{
     Behind, Eye, FAINT, Lit,
     layers::{Face, Layer, Pixel},
+    near_surface::share_before_surface,
     seen::Seen,
 };
 use crate::{
@@ -69,7 +70,9 @@ impl Eye<'_> {
                 let adds = material.transfer == Transfer::None;
                 let light = if adds { Vec3::ONE } else { lit.casters[pair.footprint as usize] };
                 let mut sent = seen_color(&hit, material) * light + material.emission;
-                let mut covered = Vec3::splat(hit.opacity);
+                let depths = [hit.depth, opaque];
+                let share = share_before_surface(&self.view, footprint, material, at, depths);
+                let mut covered = Vec3::splat(hit.opacity * share);
                 if material.shape == Shape::Brick {
                     // Opacity per channel.
                     covered = hit.absorbed;

@@ -4,6 +4,7 @@ mod composite;
 mod details;
 mod layers;
 mod mean_picture;
+mod near_surface;
 mod seen;
 mod solid;
 mod strand;

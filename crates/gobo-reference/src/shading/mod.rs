@@ -1,6 +1,7 @@
 //! CPU reference of `wgsl/records/light.wgsl`, `shading.wgsl`, `surface.wgsl` and `pane.wgsl`: light at a
 //! point, and its reflection to the camera.
 mod coat;
+pub(crate) mod incoming;
 pub mod receive;
 mod reflectance;
 pub mod seen_plane;
@@ -9,23 +10,26 @@ mod thrown;
 mod tone;
 
 pub use coat::Coat;
+pub use incoming::incoming;
 pub use reflectance::{DARKEST, HEAD_ON, ORDERS, SHEEN};
 use reflectance::{
     highlight, mirrored_solid, phase_of_orders, rising, scattered, strand_scattered,
 };
 pub use tone::{FILM_WHITE, shown, to_screen, to_srgb};
 
-use super::{air::phase, area::LightPoints, mask::Masks};
+use super::{
+    air::phase,
+    area::LightPoints,
+    bounce::{Bounce, bounced, bounces},
+    mask::Masks,
+};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4Swizzles as _};
 use gobo::{
     model::{
         Environment, IRRADIANCE, LEVELS, Light, Material, ROUGH_SIZE, ReceiverPoint, Receives,
         Scene, View, irradiance_at, octahedral,
     },
-    records::{
-        END_BIT, GpuLight, GpuView, INNER_BIT, LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRecords,
-        ViewMaps, owner_tag,
-    },
+    records::{GpuLight, GpuView, LIGHT_DIRECTIONAL, LightRecords, ViewMaps, owner_tag},
 };
 use std::f32::consts::FRAC_1_PI;
 
@@ -37,6 +41,8 @@ pub struct Lighting<'a> {
     points: Vec<GpuLight>,
     views: Vec<GpuView>,
     maps: Vec<&'a ViewMaps>,
+    /// Points that send light on.
+    bounces: Vec<Bounce>,
     /// Mean ambient radiance over all directions.
     ambient: Vec3,
     irradiance: [Vec3; IRRADIANCE],
@@ -191,6 +197,7 @@ impl<'a> Lighting<'a> {
             points: records(&points.lights).lights,
             views: to_gpu(),
             maps: points.maps.clone(),
+            bounces: bounces(scene, &points.lights, &points.views, &points.maps),
             ambient: scene.mean_ambient(),
             irradiance: scene.irradiance(),
             background: scene.background,
@@ -288,7 +295,15 @@ impl<'a> Lighting<'a> {
 
     /// `through`: share of light number `index` that comes from a direction, with the normal on its side.
     fn light_through(&self, point: &Point, through: impl Fn(usize, Vec3, Vec3) -> Vec3) -> Vec3 {
-        let (mut diffuse, mut shine) = (Vec3::ZERO, Vec3::ZERO);
+        // A highlight never sends more light than it does head-on.
+        let once = |cosine: f32| match point.kind {
+            PointKind::Solid | PointKind::Leaf => {
+                scattered(point.kind, cosine) * (1.0 - HEAD_ON * point.gloss.polish)
+            }
+            kind => scattered(kind, cosine),
+        };
+        let mut diffuse = bounced(&self.bounces, point.position, point.normal, once);
+        let mut shine = Vec3::ZERO;
         // Shares of the light that a coat mirrors, and that passes it.
         let coat = point.coat.mirrored(point.to_eye);
         let past = 1.0 - coat;
@@ -315,11 +330,7 @@ impl<'a> Lighting<'a> {
                     color * phase_of_orders(through, ahead, anisotropy, point.albedo)
                 }
                 PointKind::Strand => passed * strand_scattered(point, toward),
-                // A highlight never sends more light than it does head-on.
-                PointKind::Solid | PointKind::Leaf => {
-                    passed * scattered(point.kind, cosine) * (1.0 - HEAD_ON * point.gloss.polish)
-                }
-                kind => passed * scattered(kind, cosine),
+                _ => passed * once(cosine),
             };
             let has_face = matches!(
                 point.kind,
@@ -385,26 +396,6 @@ impl<'a> Lighting<'a> {
         let passed = self.shadow(index, point, Vec3::ZERO, 0.0, Receiver::AIR);
         color * passed * phase(toward.dot(ray), anisotropy)
     }
-}
-
-/// Direction to the light, and irradiance at normal incidence, before shadows.
-pub fn incoming(light: &GpuLight, point: Vec3) -> (Vec3, Vec3) {
-    if light.kind == LIGHT_DIRECTIONAL {
-        return (-light.direction, light.color);
-    }
-    let away = point - light.position;
-    let square = away.length_squared().max(1e-4);
-    let ray = away / square.sqrt();
-    let part = square * light.per_range2;
-    let window = (1.0 - part * part).max(0.0);
-    let squared = if light.traits & END_BIT != 0 { 1.0 } else { window };
-    let mut color = light.color / square * (window * squared);
-    if light.kind == LIGHT_SPOT {
-        let (outer, inner) = (light.cone_outer, light.cone_inner);
-        let t = ((ray.dot(light.direction) - outer) / (inner - outer)).clamp(0.0, 1.0);
-        color *= t * t * if light.traits & INNER_BIT != 0 { 1.0 } else { 3.0 - 2.0 * t };
-    }
-    (-ray, color)
 }
 
 /// Bilinear sample of an environment's level at a point of the octahedral square, 0..1.

@@ -3,10 +3,13 @@ use super::{
     Lighting, Receiver, incoming,
     seen_plane::seen_normal,
     taps::{beyond_spline, wide_lift},
-    thrown::with_thrown,
+    thrown::landed_light,
 };
-use crate::receive::{MapTexel, light_by_channel, receive, receive_curve};
-use glam::{Vec2, Vec3};
+use crate::{
+    light_views::cube_face,
+    receive::{MapTexel, light_by_channel, receive, receive_curve},
+};
+use glam::{Vec2, Vec3, Vec4};
 use gobo::{
     model::Receives,
     records::{CASTER_BIAS, GpuLight, GpuView, ROLE_FACE, ROLE_WINDOW, SPLINE_REACH},
@@ -230,12 +233,29 @@ impl Lighting<'_> {
             return self.through_windows(views, of);
         }
         let (at, bias) = self.lifted(views.start, of);
-        let straight = self.receive(views.start, of, at, bias);
-        let (view, maps) = (&self.views[views.start], self.maps[views.start]);
-        if maps.caustics.is_empty() {
-            return (straight, 1.0);
+        (self.receive(views.start, of, at, bias), 1.0)
+    }
+
+    /// The share `straight` of a light, with light that glass throws. By windows, from the first on, as
+    /// shadows are.
+    fn with_thrown(&self, light: &GpuLight, point: Vec3, straight: Vec3) -> Vec3 {
+        let views = self.views_of(light.first_view as usize, point);
+        if self.maps[views.start].caustics.is_empty() {
+            return straight;
         }
-        (with_thrown(view, maps, of.surface.point, straight), 1.0)
+        let is_face = self.views[views.start].role == ROLE_FACE;
+        let views = if is_face { views.start..views.start + 1 } else { views };
+        let (mut sum, mut rest) = (Vec4::ZERO, 1.0);
+        for index in views {
+            let view = &self.views[index];
+            let is_window = view.role == ROLE_WINDOW;
+            let share = if is_window { window_share(light, view, point) } else { 1.0 };
+            if share > 0.0 {
+                sum += landed_light(view, self.maps[index], point) * (rest * share);
+                rest *= 1.0 - share;
+            }
+        }
+        straight * (1.0 - sum.w) + sum.truncate()
     }
 
     /// Views of the shadow that starts at `first`; for a cube, the face that sees the point.
@@ -287,7 +307,7 @@ impl Lighting<'_> {
             let (further, share) = self.through_shadow(views, of);
             passed = passed.lerp(passed.min(further), share);
         }
-        passed
+        self.with_thrown(light, point, passed)
     }
 }
 
@@ -308,16 +328,4 @@ fn window_share(light: &GpuLight, view: &GpuView, point: Vec3) -> f32 {
         return 0.0;
     }
     (border / view.fade.max(1e-3)).min(1.0)
-}
-
-/// Face of a cube that contains the direction `away` from its centre.
-fn cube_face(away: Vec3) -> usize {
-    let size = away.abs();
-    if size.x >= size.y && size.x >= size.z {
-        usize::from(away.x <= 0.0)
-    } else if size.y >= size.z {
-        2 + usize::from(away.y <= 0.0)
-    } else {
-        4 + usize::from(away.z <= 0.0)
-    }
 }

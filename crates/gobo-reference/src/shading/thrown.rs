@@ -4,9 +4,9 @@ use crate::caustics::{NEAR_SURFACE, index_at, place};
 use glam::{Vec2, Vec3, Vec4};
 use gobo::records::{GpuView, ViewMaps, caustic_light};
 
-/// Share of a light at a point whose maps let `straight` through: if the point is on the opaque surface,
-/// refracted light that lands there is added, and light refracted elsewhere is missing. `point`: world space.
-pub(super) fn with_thrown(view: &GpuView, maps: &ViewMaps, point: Vec3, straight: Vec3) -> Vec3 {
+/// Refracted light that lands around a point, and the share of the straight light there that was refracted
+/// elsewhere; none off the opaque surface. `point`: world space.
+pub(super) fn landed_light(view: &GpuView, maps: &ViewMaps, point: Vec3) -> Vec4 {
     let point = view.view_from_world.transform_point3(point);
     let at = place(view, point);
     let texel = if view.perspective > 0.0 { -point.z } else { 1.0 } / view.scale;
@@ -24,9 +24,5 @@ pub(super) fn with_thrown(view: &GpuView, maps: &ViewMaps, point: Vec3, straight
         sum += caustic_light(maps.caustics[index]) * weight;
         whole += weight;
     }
-    if whole <= 0.0 {
-        return straight;
-    }
-    let mean = sum / whole;
-    straight * (1.0 - mean.w) + mean.truncate()
+    if whole > 0.0 { sum / whole } else { Vec4::ZERO }
 }

@@ -42,6 +42,8 @@ pub(crate) struct GltfFile {
     films: Vec<Option<Film>>,
     diffuse: Vec<Option<Diffuse>>,
     coats: Vec<Option<Coat>>,
+    /// Dispersion by material.
+    dispersion: Vec<f32>,
     /// Primitives of splats, taken out of the document.
     pub(crate) splats: Vec<SplatPrimitive>,
     /// Features of the file that are ignored, a sentence each.
@@ -68,6 +70,8 @@ impl GltfFile {
         let splats = splat_json::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (json::instancing(&value), film::films(&value));
         let (diffuse, coats) = (diffuse::all(&value), coat::all(&value));
+        let diffuse = diffuse::all(&value);
+        let dispersion = json::dispersion(&value);
         let packed = meshopt::packed(&value).map_err(invalid)?;
         let fallbacks = meshopt::fallbacks(&value);
         let damaged = |error: &dyn std::fmt::Display| {
@@ -101,6 +105,7 @@ impl GltfFile {
             films,
             diffuse,
             coats,
+            dispersion,
             splats,
             notes,
         };
@@ -154,6 +159,11 @@ impl GltfFile {
     /// Thin film on a material.
     pub(crate) fn film(&self, material: usize) -> Option<Film> {
         self.films.get(material).copied().flatten()
+    }
+
+    /// Dispersion of a material: 20 over its Abbe number; 0 for none.
+    pub(crate) fn dispersion(&self, material: &gltf::Material<'_>) -> f32 {
+        material.index().and_then(|index| self.dispersion.get(index)).copied().unwrap_or(0.0)
     }
 
     /// Diffuse transmission of a material.

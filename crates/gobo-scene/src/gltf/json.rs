@@ -19,6 +19,7 @@ pub(crate) const EXTENSIONS: [&str; 22] = [
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
     "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_iridescence",
@@ -235,4 +236,15 @@ pub(crate) fn instancing(root: &Value) -> Vec<Option<Instancing>> {
     let nodes = root.get("nodes").and_then(Value::as_array).into_iter().flatten();
     let all: Vec<_> = nodes.map(of_node).collect();
     if all.iter().all(Option::is_none) { Vec::new() } else { all }
+}
+
+/// Dispersion of each material (`KHR_materials_dispersion`): 20 over its Abbe number, 0 for none, at most 20.
+pub(crate) fn dispersion(root: &Value) -> Vec<f32> {
+    let of_material = |material: &Value| {
+        let table = material.get("extensions")?.get("KHR_materials_dispersion")?;
+        let number = table.get("dispersion")?.as_f64()? as f32;
+        Some(number.clamp(0.0, 20.0))
+    };
+    let materials = root.get("materials").and_then(Value::as_array).into_iter().flatten();
+    materials.map(|material| of_material(material).unwrap_or(0.0)).collect()
 }

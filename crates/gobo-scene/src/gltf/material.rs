@@ -208,6 +208,7 @@ impl<'a> GltfMaterials<'a> {
                 Some(_) => Fresnel::Pane { ior: ior.min(3.0) },
                 None => Fresnel::None,
             },
+            dispersion: if is_body { self.file.dispersion(source) } else { 0.0 },
             frost: if transmits { frost } else { 0.0 },
             attenuation_color: volume.0,
             attenuation_distance: volume.1,
