@@ -24,6 +24,7 @@ mod project;
 mod resolve;
 mod soft;
 mod soft_fit;
+mod soft_scenes;
 mod soft_shapes;
 mod soft_spots;
 mod soften;
