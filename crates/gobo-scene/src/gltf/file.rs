@@ -70,7 +70,6 @@ impl GltfFile {
         let splats = splat_json::take(&mut value).map_err(invalid)?;
         let (instancing, films) = (json::instancing(&value), film::films(&value));
         let (diffuse, coats) = (diffuse::all(&value), coat::all(&value));
-        let diffuse = diffuse::all(&value);
         let dispersion = json::dispersion(&value);
         let packed = meshopt::packed(&value).map_err(invalid)?;
         let fallbacks = meshopt::fallbacks(&value);

@@ -8,7 +8,7 @@ use crate::{
 use serde_json::{Map, Value, json};
 
 /// Extensions that this module or the `gltf` crate supports.
-pub(crate) const EXTENSIONS: [&str; 22] = [
+pub(crate) const EXTENSIONS: [&str; 23] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
