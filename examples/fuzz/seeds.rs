@@ -111,6 +111,17 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     readers.push(splats(("sog_json", "json", sog_json(out)?)));
     readers.extend(mesh_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
     readers.extend(point_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
+    let octree = Reader {
+        name: "copc",
+        extension: "laz",
+        seeds: vec![points::copc(&[&DOTS[..1], &DOTS[1..3], &DOTS[3..]])],
+        scene: Some(
+            "[[material]]\nname = \"m\"\n[[particles]]\nfile = \"current.laz\"\nmaterial = \"m\"\n\
+             point_budget = 3\nclasses = [[5, 0.5], [6, 0]]\n"
+                .to_owned(),
+        ),
+    };
+    readers.push(octree);
     let arrays = |(name, extension, seeds)| in_table("volume", name, extension, seeds);
     readers.extend(array_files().map(arrays));
     Ok(readers)

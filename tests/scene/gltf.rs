@@ -269,6 +269,20 @@ fn half_spaces_of_light_get_a_map() {
     assert!((angle * 0.5).tan() > 1.0 && angle < std::f32::consts::PI, "{angle}");
 }
 
+/// Regression: an angle below 0 ended the program (found by `make fuzz`).
+#[test]
+fn cones_without_an_angle_are_left_out() {
+    let whole = load("whole.glb", glb_of(&document(""))).unwrap();
+    for angle in ["0", "-1e-45", "-0.4"] {
+        let text = document("")
+            .replace("\"outerConeAngle\": 0.4", &format!("\"outerConeAngle\": {angle}"));
+        let model = load("cone.glb", glb_of(&text)).unwrap();
+        assert_eq!(model.lights.len() + 1, whole.lights.len(), "{angle}");
+        let left_out = |model: &Model| model.skipped.values().sum::<u64>();
+        assert_eq!(left_out(&model), left_out(&whole) + 1, "{angle}: {:?}", model.skipped);
+    }
+}
+
 #[test]
 fn buffers_from_data_uris_and_files() {
     let embedded = load("embedded.glb", glb_of(&document(""))).unwrap();

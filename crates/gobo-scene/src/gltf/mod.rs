@@ -306,7 +306,7 @@ fn light(
         Kind::Point => LightKind::Point { position },
         Kind::Spot { inner_cone_angle, outer_cone_angle } => {
             let angle = (2.0 * outer_cone_angle).min(WIDEST_CONE);
-            inner_angle = Some((2.0 * inner_cone_angle).clamp(0.0, angle));
+            inner_angle = Some((2.0 * inner_cone_angle).clamp(0.0, angle.max(0.0)));
             LightKind::Spot { position, direction: direction?, angle }
         }
     };
