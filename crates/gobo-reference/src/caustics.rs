@@ -224,8 +224,8 @@ impl Glass<'_> {
 
     /// Adds the light of a ray to `parts`: to the texels around points of its footprint. `rest`: what
     /// rounding left of the texel's light before.
-    fn throw(&self, ray: &TexelRay, rest: &mut Vec3, parts: &mut Vec<Part>) {
-        let &TexelRay { number, texel, edge, face, shift, light } = ray;
+    fn throw(&self, ray: &GlassRay, rest: &mut Vec3, parts: &mut Vec<Part>) {
+        let &GlassRay { number, texel, edge, face, shift, light } = ray;
         let Some(landed) = self.lands(number, texel, face, shift) else { return };
         let way = |aside: Vec2| {
             let to = self.lands(number, texel + aside * edge, face, shift);
@@ -278,7 +278,7 @@ struct Part {
 }
 
 /// A ray of a texel.
-struct TexelRay<'a> {
+struct GlassRay<'a> {
     number: usize,
     texel: Vec2,
     /// Distance to the next ray \[texels\].
@@ -327,7 +327,7 @@ pub fn thrown(
                         let part = Vec2::new((i % rays) as f32, (i / rays) as f32) + 0.5;
                         let texel = Vec2::new(x as f32, y as f32) + part * edge;
                         let light = whole * channel;
-                        let ray = TexelRay { number, texel, edge, face, shift, light };
+                        let ray = GlassRay { number, texel, edge, face, shift, light };
                         glass.throw(&ray, &mut rest, &mut parts);
                     }
                 }
