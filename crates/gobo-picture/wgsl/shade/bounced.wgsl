@@ -1,4 +1,5 @@
-// Light that lit surfaces send to the points of a picture. CPU reference: crates/gobo-reference/src/bounce.rs.
+// Light that lit surfaces send to the points of a picture. CPU reference:
+// crates/gobo-reference/src/bounce.rs.
 
 import package::bind::uniform::bounces;
 import package::records::bounce::BOUNCE_VECTORS;

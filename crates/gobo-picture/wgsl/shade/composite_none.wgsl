@@ -1,4 +1,5 @@
-// Choices of a picture without a shadow catcher, occlusion, refraction, masks and light that surfaces send on.
+// Choices of a picture without a shadow catcher, occlusion, refraction, masks and light that surfaces send
+// on.
 
 import package::records::point::Point;
 

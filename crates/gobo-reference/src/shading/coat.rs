@@ -1,5 +1,5 @@
-//! CPU reference of `crates/gobo-picture/wgsl/shade/coat.wgsl`: a clear coat over an opaque surface, as of glass
-//! (`KHR_materials_clearcoat`).
+//! CPU reference of `crates/gobo-picture/wgsl/shade/coat.wgsl`: a clear coat over an opaque surface, as of
+//! glass (`KHR_materials_clearcoat`).
 use super::reflectance::{HEAD_ON, lobe, rising};
 use glam::Vec3;
 
