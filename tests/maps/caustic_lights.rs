@@ -66,11 +66,11 @@ fn a_lamp_throws_light_across_the_faces_of_its_cube() {
     let (turns, rings) = (256, 400);
     let (mut whole, mut landing, mut middle) = (0.0, 0.0, DVec3::ZERO);
     for i in 0..turns * rings {
-        let cosine = 1.0 - (1.0 - least) * ((i / turns) as f64 + 0.5) / rings as f64;
-        let angle = std::f64::consts::TAU * ((i % turns) as f64 + 0.5) / turns as f64;
+        let cosine = 1.0 - (1.0 - least) * (f64::from(i / turns) + 0.5) / f64::from(rings);
+        let angle = std::f64::consts::TAU * (f64::from(i % turns) + 0.5) / f64::from(turns);
         let sine = (1.0 - cosine * cosine).sqrt();
         let ray = axis * cosine + (right * angle.cos() + up * angle.sin()) * sine;
-        let part = std::f64::consts::TAU * (1.0 - least) / (turns * rings) as f64;
+        let part = std::f64::consts::TAU * (1.0 - least) / f64::from(turns * rings);
         let to = (ball - lamp).dot(ray);
         let start = lamp + ray * (to - (RADIUS * RADIUS - distance * distance + to * to).sqrt());
         let normal = (start - ball) / RADIUS;

@@ -29,7 +29,8 @@ pub struct Maps {
     /// `Z` per channel, rgba32float, with coloured dithering; `opaques` is the largest of them.
     pub colored: Option<wgpu::Texture>,
     /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers per layer of the other textures; a
-    /// single texel without curves.
+    /// single texel without curves. A node that starts at 0 is unused, whatever its other bits: tiles that
+    /// no caster has touched are zeros.
     pub curves: wgpu::Texture,
     /// Sums over the casters instead of `filters` and `nearests`, rgba32uint, if requested: optical depth per
     /// channel in fixed point, and nearness of the nearest hit.
