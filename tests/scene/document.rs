@@ -292,10 +292,11 @@ fn own_scenes_load() {
         if path.extension().is_some_and(|e| e == "toml") {
             let scene = scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
             let transfers = || scene.materials.iter().map(|m| m.transfer);
-            // Scenes of opaque casters alone are about soft shadows.
-            let is_soft = scene.lights.iter().any(|light| light.source.is_some());
-            let is_soft = is_soft || scene.mask.is_some();
-            let casts = is_soft || transfers().any(|t| t != Transfer::Opaque);
+            // Scenes of opaque casters alone are about soft shadows, masks and bounced light.
+            let mut lights = scene.lights.iter();
+            let is_opaque = lights.any(|light| light.source.is_some() || light.bounce > 0);
+            let casts =
+                is_opaque || scene.mask.is_some() || transfers().any(|t| t != Transfer::Opaque);
             assert!(casts, "{}: no caster", path.display());
             assert!(transfers().any(|t| t == Transfer::Opaque), "{}: no receiver", path.display());
             assert!(scene.skipped.is_empty(), "{}", path.display());
