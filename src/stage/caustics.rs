@@ -47,7 +47,7 @@ pub const BOUNCE: KernelDesc = KernelDesc {
 /// Look-up without thrown light.
 pub const STRAIGHT: Choice = Choice::new("thrown", "shade/none.wgsl");
 /// Look-up of light that glass throws.
-pub const THROWN: Choice = Choice::new("thrown", "shade/read.wgsl");
+pub const THROWN: Choice = Choice::new("thrown", "shade/thrown.wgsl");
 
 crate::records::gpu_struct! {
     /// WGSL: `wgsl/records/glass.wgsl`.

@@ -1,8 +1,7 @@
 // Format of a curve in a map: nodes of 8 bytes. Start (16 bits), square root of the length (12), red, green
 // and blue that the node alone passes (12 each). Light at a depth is the product of the nodes. A node that
-// starts at 0 is unused, and passes all light,
-// whatever its other bits are. CPU reference: crates/gobo-reference/src/curve/format.rs,
-// crates/gobo-reference/src/curve/format.rs, `light_at`.
+// starts at 0 is unused, and passes all light, whatever its other bits are. CPU reference: `light_at` in
+// src/records/curve.rs, crates/gobo-reference/src/curve/format.rs.
 
 import package::bind::sampled::curves;
 import package::features::{HAS_BRICKS, HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};

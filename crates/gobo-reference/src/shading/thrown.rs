@@ -1,4 +1,4 @@
-//! CPU reference of `wgsl/shade/read.wgsl`: look-up of the light refracted by glass.
+//! CPU reference of `wgsl/shade/thrown.wgsl`: look-up of the light refracted by glass.
 use super::taps::spline;
 use crate::caustics::{NEAR_SURFACE, index_at, place};
 use glam::{Vec2, Vec3, Vec4};
