@@ -4,6 +4,7 @@ use gobo::{
     gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
     records::{Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
     stage::{
+        bin::DispatchEntry,
         features::{Features, Flags},
         tuning::Tuning,
     },
@@ -118,6 +119,14 @@ pub(super) fn dispatches(gpu: &Gpu, which: usize, count: u32) -> wgpu::Buffer {
     let mut all = [[POISON; 4]; 3];
     all[which][3] = count;
     gpu.upload("dispatches", &all, BufferUsages::STORAGE)
+}
+
+/// Indirect dispatches, in parts of the tiles or not, and the workgroups that then walk all tiles.
+pub(super) fn walks(gpu: &Gpu, in_parts: bool) -> (wgpu::Buffer, [u32; 3]) {
+    let mut all = [[POISON; 4]; DispatchEntry::COUNT as usize];
+    all[DispatchEntry::Parted as usize][0] = u32::from(in_parts);
+    let run = if in_parts { 1 } else { Tuning::of(&gpu.adapter).tile_run() };
+    (gpu.upload("dispatches", &all, BufferUsages::STORAGE), [TILES / run / 2, 2, 1])
 }
 
 /// The maps that a kernel writes.

@@ -4,7 +4,7 @@ use super::{
     blockers::{Batch, Blocker, depths},
     by_hand::{
         ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, disc, dispatches, records, run_all, texel_of,
-        tile_records, view_buffer, views,
+        tile_records, view_buffer, views, walks,
     },
 };
 use crate::common::{
@@ -122,8 +122,9 @@ fn assert_tiles(tier: Tier, desc: &'static KernelDesc, triangles: bool) {
     let inputs = Inputs::new(&gpu, &batch, &tiles);
     let opaques = gpu.texture_array("opaques", ATLAS, Format::R32Float);
     gpu.write_texture(&opaques, &vec![POISON; ATLAS.iter().product::<u32>() as usize]);
-    let resources = inputs.resources().with("opaques", &opaques);
-    run(&gpu, tier, desc, &resources, [TILES / 2, 2, 1]);
+    let (dispatches, groups) = walks(&gpu, false);
+    let resources = inputs.resources().with("opaques", &opaques).with("dispatches", &dispatches);
+    run(&gpu, tier, desc, &resources, groups);
     let mut written: Vec<u32> = gpu.read_texture(&opaques);
     let kind = if triangles { "triangles" } else { "discs" };
     let what = format!("{} of {kind} on {tier:?}", desc.name);
