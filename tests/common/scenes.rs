@@ -2,7 +2,7 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, Light, LightKind, Material, Particle, Projection, ShadowSettings, Transfer,
+        Camera, Light, LightKind, Material, Particle, Projection, Receiver, ShadowSettings, Transfer,
         Triangle, View, ViewRole,
     },
 };
@@ -47,6 +47,7 @@ impl Chance {
     }
 }
 
+/// Nothing but materials; its receivers read nearest depths, as the truths of most tests do.
 pub(crate) fn empty(materials: Vec<Material>) -> Scene {
     Scene {
         camera: Camera {
@@ -56,7 +57,11 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
             fov_y: 0.8,
             size: UVec2::new(64, 64),
         },
-        shadow: ShadowSettings { size: 64, ..ShadowSettings::default() },
+        shadow: ShadowSettings {
+            size: 64,
+            receiver: Receiver::Nearest,
+            ..ShadowSettings::default()
+        },
         materials,
         textures: Vec::new(),
         motions: Vec::new(),

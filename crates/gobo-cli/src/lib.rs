@@ -48,6 +48,7 @@ use arguments::{Arguments, Command};
 pub use bench::bench_discs;
 use clap::Parser as _;
 use failure::Failure;
+pub use curves::{nodes_warning, nodes_warning_before};
 pub use memory::Needs;
 use std::{ffi::OsString, io::IsTerminal as _};
 use tracing_subscriber::{Layer as _, filter::Targets, prelude::*};
