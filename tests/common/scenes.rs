@@ -47,7 +47,12 @@ impl Chance {
     }
 }
 
-/// Nothing but materials; its receivers read nearest depths, as the truths of most tests do.
+/// Settings with which receivers read nearest depths.
+pub(crate) fn nearest_depth() -> ShadowSettings {
+    ShadowSettings { receiver: Receiver::Nearest, ..ShadowSettings::default() }
+}
+
+/// Nothing but materials, read by nearest depths.
 pub(crate) fn empty(materials: Vec<Material>) -> Scene {
     Scene {
         camera: Camera {
@@ -57,11 +62,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
             fov_y: 0.8,
             size: UVec2::new(64, 64),
         },
-        shadow: ShadowSettings {
-            size: 64,
-            receiver: Receiver::Nearest,
-            ..ShadowSettings::default()
-        },
+        shadow: ShadowSettings { size: 64, ..nearest_depth() },
         materials,
         textures: Vec::new(),
         motions: Vec::new(),
