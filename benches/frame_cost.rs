@@ -200,8 +200,7 @@ struct Moving {
 /// Frames in which `count` spots move over `particles` of the host's.
 fn moving(gpu: &Gpu, count: u32, particles: u32) -> Result<Moving, Box<dyn Error>> {
     let Gpu { device, queue, .. } = gpu;
-    let settings =
-        ShadowSettings { size: 64, receiver: Receiver::Nearest, ..Default::default() };
+    let settings = ShadowSettings { size: 64, receiver: Receiver::Nearest, ..Default::default() };
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
     let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;
     let materials = [Material::default()];

@@ -181,9 +181,8 @@ fn compare_accumulate(gpu: &Gpu) {
             .expect("the device runs the kernels");
         let nearest = ShadowSettings { receiver: Receiver::Nearest, ..ShadowSettings::default() };
         shadows.grow_from(&Counters { pairs_needed: pair_count, ..Counters::default() });
-        let prepared = shadows
-            .prepare(&casters, &[view()], &nearest)
-            .expect("the device has the memory");
+        let prepared =
+            shadows.prepare(&casters, &[view()], &nearest).expect("the device has the memory");
         let mut map = vec![[f32::NAN; 4]; (SIZE * SIZE) as usize];
         let (mut kernel, mut native) = (Times::default(), Times::default());
         for run in 0..WARM_UP + RUNS {

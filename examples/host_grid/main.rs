@@ -3,8 +3,8 @@
 //!
 //! `cargo run --example host_grid`
 use gobo::{
-    Bounds, Brick, Casters, Grid, HostGrid, HostInputs, Light, Material, Prepared,
-    ShadowSettings, Shadows, Shape, Support, Tier, View,
+    Bounds, Brick, Casters, Grid, HostGrid, HostInputs, Light, Material, Prepared, ShadowSettings,
+    Shadows, Shape, Support, Tier, View,
     glam::{Affine3A, IVec3, Vec3},
     host::PointBuffers,
     light_views,

@@ -2,8 +2,8 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, Light, LightKind, Material, Particle, Projection, Receiver, ShadowSettings, Transfer,
-        Triangle, View, ViewRole,
+        Camera, Light, LightKind, Material, Particle, Projection, Receiver, ShadowSettings,
+        Transfer, Triangle, View, ViewRole,
     },
 };
 use gobo_scene::Scene;

@@ -5,8 +5,7 @@ use crate::common::{
     two_devices,
 };
 use gobo::{
-    Bounds, Casters, Error, Light, LightKind, ShadowSettings, Shadows, Support, Tier,
-    Transfer,
+    Bounds, Casters, Error, Light, LightKind, ShadowSettings, Shadows, Support, Tier, Transfer,
     glam::{Vec3, Vec4},
     gpu::{Kernel, KernelError, Resources, Selection},
     host::{Input, Missing, Need, Requirement},

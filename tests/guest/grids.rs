@@ -6,8 +6,8 @@ use crate::common::{
     tiers,
 };
 use gobo::{
-    Brick, Casters, Error, Grid, HostGrid, HostInputs, Material, Particle, Prepared,
-    Shadows, Shape, Transfer,
+    Brick, Casters, Error, Grid, HostGrid, HostInputs, Material, Particle, Prepared, Shadows,
+    Shape, Transfer,
     glam::{Affine3A, IVec3, Quat, UVec3},
     gpu::{Gpu, Tier},
     host::Input,

@@ -47,8 +47,8 @@ use arguments::{Arguments, Command};
 #[doc(hidden)]
 pub use bench::bench_discs;
 use clap::Parser as _;
-use failure::Failure;
 pub use curves::{nodes_warning, nodes_warning_before};
+use failure::Failure;
 pub use memory::Needs;
 use std::{ffi::OsString, io::IsTerminal as _};
 use tracing_subscriber::{Layer as _, filter::Targets, prelude::*};

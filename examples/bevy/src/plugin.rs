@@ -42,7 +42,11 @@ pub struct GoboPlugin {
 impl Default for GoboPlugin {
     fn default() -> Self {
         let mask = MaskSettings { half: false, ..MaskSettings::default() };
-        Self { shadow: ShadowSettings::default(), mask, bounds: [[-10.0, -1.0, -10.0], [10.0, 6.0, 10.0]] }
+        Self {
+            shadow: ShadowSettings::default(),
+            mask,
+            bounds: [[-10.0, -1.0, -10.0], [10.0, 6.0, 10.0]],
+        }
     }
 }
 
