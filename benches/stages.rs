@@ -7,7 +7,7 @@ mod common;
 use common::{mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
-    Shadows,
+    Receiver, ShadowSettings, Shadows,
     frame::{Commands, Kernels, Sort, SortCount},
     glam::{UVec2, Vec3},
     gpu::{Gpu, KernelCache},
@@ -203,6 +203,7 @@ fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
 
 fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
     let mut timeline = timeline(gpu);
+    let nearest = ShadowSettings { receiver: Receiver::Nearest, ..ShadowSettings::default() };
     for footprint in FOOTPRINTS {
         for count in COUNTS {
             let particles = particles(count, footprint);
@@ -210,7 +211,7 @@ fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
             let casters =
                 Casters { particles: &particles, materials: &materials, ..Casters::default() };
             let prepared = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)
-                .and_then(|mut shadows| shadows.prepare(&casters, &[view()], &Default::default()))
+                .and_then(|mut shadows| shadows.prepare(&casters, &[view()], &nearest))
                 .expect("the device has the memory");
             for stage in ["project", "bin", "accumulate"] {
                 let mut group = criterion.benchmark_group(format!("gpu/{stage}"));

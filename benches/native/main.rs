@@ -12,7 +12,7 @@ use accumulate::{Lists, Texel};
 use common::{SIZE, pairs, particles, stage_time, timeline, view};
 use fearless_simd::Level;
 use gobo::{
-    Counters, Prepared, ShadowSettings, Shadows,
+    Counters, Prepared, Receiver, ShadowSettings, Shadows,
     frame::{Commands, Kernels, Sort, SortCount},
     glam::UVec2,
     gpu::{Gpu, KernelCache, Timeline},
@@ -179,10 +179,10 @@ fn compare_accumulate(gpu: &Gpu) {
         let pair_count = lists.pairs.len() as u32;
         let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)
             .expect("the device runs the kernels");
+        let nearest = ShadowSettings { receiver: Receiver::Nearest, ..ShadowSettings::default() };
         shadows.grow_from(&Counters { pairs_needed: pair_count, ..Counters::default() });
-        let prepared = shadows
-            .prepare(&casters, &[view()], &ShadowSettings::default())
-            .expect("the device has the memory");
+        let prepared =
+            shadows.prepare(&casters, &[view()], &nearest).expect("the device has the memory");
         let mut map = vec![[f32::NAN; 4]; (SIZE * SIZE) as usize];
         let (mut kernel, mut native) = (Times::default(), Times::default());
         for run in 0..WARM_UP + RUNS {

@@ -3,12 +3,12 @@ use super::{
     HostBuffers, Particle, ShadowSettings, Vec3, Vec4, count_buffer, counted, materials, on_device,
     particles, shadows, submit, uploaded, views,
 };
-use crate::common::{TIERS, counted_gpu, gpu, tiers};
+use crate::common::{TIERS, counted_gpu, gpu, scenes::nearest_depth, tiers};
 use gobo::{
     Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Receiver, gpu::Tier, light_views,
 };
 
-const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
+const SETTINGS: fn() -> ShadowSettings = nearest_depth;
 
 /// Fixed and indirect counts: none, few, one more than a group, and many.
 #[test]
@@ -54,7 +54,7 @@ fn all_that_filters_or_blocks_can_come_from_the_host_on_the_other_tier() {
 }
 
 fn receivers() -> [ShadowSettings; 2] {
-    [SETTINGS(), ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..SETTINGS() }]
+    [SETTINGS(), ShadowSettings::default()]
 }
 
 /// Materials of the particles, and settings.
@@ -270,7 +270,7 @@ fn many_views_of_many_casters_take_little_memory() {
     let loader = host.loader(&shadows);
     let materials = materials();
     let casters = Casters { materials: &materials, ..Casters::default() };
-    let small = ShadowSettings { size: 128, ..ShadowSettings::default() };
+    let small = ShadowSettings { size: 128, ..SETTINGS() };
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
     // Memory of curves, and of everything but maps and casters [MiB].
     let mut memory = |settings: &ShadowSettings, capacity, count: usize| {
