@@ -5,8 +5,8 @@
 //! `prepare` maps that buffer, without waiting:
 //! - it is mapped at once, and holds the mark: the frame ran;
 //! - it is mapped at once, without the mark: no commands that use it were submitted;
-//! - it is not mapped yet: submitted commands use it. (A browser maps nothing at once: there a later
-//!   `prepare` finds a frame that was not submitted.)
+//! - it is not mapped yet: submitted commands use it. (A browser maps nothing at once, nor does a device that
+//!   another thread polls meanwhile: there a later `prepare` finds a frame that was not submitted.)
 //!
 //! The device refuses commands that use a mapped or destroyed buffer: those of a frame that are submitted
 //! after the next `prepare`, which has overwritten the data that they read.

@@ -76,13 +76,14 @@ impl Tuning {
     }
 
     /// Values of the overrides.
-    pub fn constants(&self) -> [Constant; 3] {
+    pub fn constants(&self) -> [Constant; 4] {
         let flag = |is: bool| f64::from(u8::from(is));
         [
             ("WIDE", flag(self.wide)),
             ("KINDS_APART", flag(self.kinds_apart)),
             // Where the loop is unrolled.
             ("CELLS_AT_ONCE", if self.columns { 5.0 } else { 1.0 }),
+            ("TILE_RUN", f64::from(self.tile_run())),
         ]
     }
 
@@ -104,6 +105,12 @@ impl Tuning {
         let form = if is_small { RecordForm::Textures } else { tier.record_form() };
         let record_form = if form == RecordForm::Textures { form } else { self.record_form };
         Self { record_form, ..self }
+    }
+
+    /// Tiles that a workgroup walks. llvmpipe executes a walk's code even where it visits nothing, but not
+    /// for each of the empty tiles of a run.
+    pub fn tile_run(&self) -> u32 {
+        if self.columns { 4 } else { 1 }
     }
 
     /// Choices that replace a kernel's own.

@@ -1,13 +1,16 @@
 //! Frames that were recorded but did not run, or would run too late.
 use super::{Bits, assert_equal, materials, particles, shadows, submit, views};
-use crate::common::{gpu, tiers};
+use crate::common::{counted_gpu, gpu, tiers};
 use gobo::{
     Casters, Particle, Prepared, Receiver, ShadowSettings, Shadows, View,
     glam::Vec3,
     gpu::{Gpu, Tier},
     wgpu,
 };
-use std::time::{Duration, Instant};
+use std::{
+    sync::MutexGuard,
+    time::{Duration, Instant},
+};
 
 /// Time after which counters of a submitted frame count as lost.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -47,6 +50,11 @@ fn counts(prepared: &Prepared) -> [u64; 2] {
     [counters.views_rendered, counters.views_kept]
 }
 
+/// A device that no other test polls: a poll can take a mark's answer and give it after this one's.
+fn lone_gpu(tier: Tier) -> (Gpu, MutexGuard<'static, ()>) {
+    counted_gpu(tier)
+}
+
 /// The device's error for a submission.
 fn refusal(gpu: &Gpu, commands: impl IntoIterator<Item = wgpu::CommandBuffer>) -> Option<String> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -61,7 +69,7 @@ fn refusal(gpu: &Gpu, commands: impl IntoIterator<Item = wgpu::CommandBuffer>) -
 #[test]
 fn a_frame_that_is_dropped_is_rendered_by_the_next() {
     for tier in tiers(Tier::Native) {
-        let gpu = &gpu(tier);
+        let (gpu, _guard) = &lone_gpu(tier);
         let (mut shadows, views) = (shadows(gpu), views());
         let (first, second) = (particles(600, 5), moved(&particles(600, 5), Vec3::X * 0.4));
         run(gpu, &prepare(&mut shadows, &first, &views));
@@ -89,7 +97,7 @@ fn a_frame_that_is_dropped_is_rendered_by_the_next() {
 /// Maps that would have been copied to other rectangles.
 #[test]
 fn maps_whose_move_is_dropped_are_rendered() {
-    let gpu = &gpu(Tier::Native);
+    let (gpu, _guard) = &lone_gpu(Tier::Native);
     let (mut shadows, views) = (shadows(gpu), views());
     let casters = particles(600, 6);
     let settings = ShadowSettings::default();
@@ -143,7 +151,7 @@ fn a_frame_that_was_submitted_is_kept() {
 /// A submission that the device refuses for another reason, and a later one.
 #[test]
 fn a_frame_that_is_refused_did_not_run() {
-    let gpu = &gpu(Tier::Native);
+    let (gpu, _guard) = &lone_gpu(Tier::Native);
     let (mut shadows, views) = (shadows(gpu), views());
     let casters = particles(600, 8);
     let prepared = prepare(&mut shadows, &casters, &views);
@@ -161,7 +169,7 @@ fn a_frame_that_is_refused_did_not_run() {
 #[test]
 fn a_frame_that_is_submitted_after_the_next_prepare_is_refused() {
     for tier in tiers(Tier::Native) {
-        let gpu = &gpu(tier);
+        let (gpu, _guard) = &lone_gpu(tier);
         let (mut shadows, views) = (shadows(gpu), views());
         let casters = particles(600, 9);
         let of = |step: f32| moved(&casters, Vec3::X * (0.1 * step));
@@ -187,7 +195,7 @@ fn a_frame_that_is_submitted_after_the_next_prepare_is_refused() {
 
 #[test]
 fn a_frame_that_did_not_run_has_no_counters() {
-    let gpu = &gpu(Tier::Native);
+    let (gpu, _guard) = &lone_gpu(Tier::Native);
     let (mut shadows, views) = (shadows(gpu), views());
     let casters = particles(600, 10);
     let mut frame = |count: usize, is_submitted: bool| {

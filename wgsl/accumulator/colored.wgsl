@@ -46,6 +46,20 @@ fn settled(front: f32) -> bool {
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {}
 
+// Whether no caster has the tile in its box.
+fn stays_empty(view: GpuView, texel: vec2<u32>, tile: Tile) -> bool {
+    return tile.first >= tile.end;
+}
+
+fn store_empty(view: GpuView, texel: vec2<u32>) {
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let at = texel + vec2(0u, i);
+        let depth = small_depth(view, at);
+        textureStore(opaques, view.origin + at, view.layer, vec4(depth));
+        textureStore(colored, view.origin + at, view.layer, vec4(vec3(depth), 1.0));
+    }
+}
+
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
         let at = texel + vec2(0u, i);

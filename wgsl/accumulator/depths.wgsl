@@ -16,6 +16,18 @@ import choice::sums::{clear_sums, load_nearness, raise_nearness};
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {}
 
+// Whether no caster has the tile in its box.
+fn stays_empty(view: GpuView, texel: vec2<u32>, tile: Tile) -> bool {
+    return tile.first >= tile.end;
+}
+
+fn store_empty(view: GpuView, texel: vec2<u32>) {
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        let at = texel + vec2(0u, i);
+        textureStore(opaques, view.origin + at, view.layer, vec4(small_depth(view, at)));
+    }
+}
+
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let at = texel + vec2(0u, i);

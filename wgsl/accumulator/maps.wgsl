@@ -5,7 +5,7 @@
 import package::bind::stored::{filters, nearests};
 import package::features::{HAS_OWNERS, unrolled};
 import package::records::footprint::Footprint;
-import package::records::texel::{tagged_alpha, tagged_depth};
+import package::records::texel::{NO_OWNER, tagged_alpha, tagged_depth};
 import package::records::tile::{Segment, Tile};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::scatter::{merge, scatter};
@@ -19,6 +19,18 @@ var<private> alpha_of_none: f32;
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     alpha_of_none = plain_alpha(view.origin + texel, view.layer);
+}
+
+// Whether no caster has the tile in its box.
+fn stays_empty(view: GpuView, texel: vec2<u32>, tile: Tile) -> bool {
+    return tile.first >= tile.end;
+}
+
+fn store_empty(view: GpuView, texel: vec2<u32>) {
+    let alpha = select(plain_alpha(view.origin + texel, view.layer), tagged_alpha(NO_OWNER), HAS_OWNERS);
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        store_map(view.origin + texel + vec2(0u, i), view.layer, vec4(vec3(1.0), alpha), 1.0);
+    }
 }
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {

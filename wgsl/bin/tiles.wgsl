@@ -31,11 +31,8 @@ fn pair_range(tile: u32) -> vec2<u32> {
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     let tile = id.x;
-    if tile >= bin_params.tile_count {
-        return;
-    }
-    if atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
-        // The tile is walked with its part: no workgroup finishes it here.
+    if tile >= bin_params.tile_count || atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
+        // The last run ends behind all tiles, or the tile is walked with its part: no workgroup finishes it.
         textureStore(tiles, record_texel(tile), vec4(0u, 0u, 1u, 0u));
         return;
     }

@@ -59,6 +59,18 @@ fn store_nodes_where(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes:
     store_pair_where(at, curve_layer(view.layer, pair), nodes, is);
 }
 
+// Whether the tile has no casters, and its curves are not stored.
+fn stays_empty(view: GpuView, texel: vec2<u32>, tile: Tile) -> bool {
+    before_tile(view, texel, tile);
+    return blank;
+}
+
+fn store_empty(view: GpuView, texel: vec2<u32>) {
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        store_map(view.origin + texel + vec2(0u, i), view.layer, vec4(vec3(1.0), alpha_of_none), 1.0);
+    }
+}
+
 fn store_tile(view: GpuView, texel: vec2<u32>) {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let at = view.origin + texel + vec2(0u, i);

@@ -30,6 +30,20 @@ fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     is_blank = stays_blank(view, texel, (tile.first < tile.end) | is_scattered());
 }
 
+// Whether the tile has no casters, and its curves are not stored.
+fn stays_empty(view: GpuView, texel: vec2<u32>, tile: Tile) -> bool {
+    before_tile(view, texel, tile);
+    return is_blank;
+}
+
+fn store_empty(view: GpuView, texel: vec2<u32>) {
+    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+        let at = view.origin + texel + vec2(0u, i);
+        textureStore(filters, at, view.layer, vec4(1.0));
+        textureStore(nearests, at, view.layer, vec4(1.0));
+    }
+}
+
 // Whether some of the tile's casters have no pairs.
 fn is_scattered() -> bool {
     return scattered_tiles[walked_tile] != 0u;

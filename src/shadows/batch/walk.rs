@@ -55,8 +55,9 @@ impl Walk<'_> {
         let merges =
             plan.has_segments(&context.config.tuning) || (may_scatter && features.nodes == 0);
 
-        let [x, y, _] = bin::tile_grid(self.tile_count);
-        let shares = context.config.tuning.tile_shares(kernels.tiles);
+        let tuning = &context.config.tuning;
+        let [x, y, _] = bin::tile_grid(self.tile_count.div_ceil(tuning.tile_run()));
+        let shares = tuning.tile_shares(kernels.tiles);
         let tiles = run(kernels.tiles, [x, y, shares].into())?;
         let (mut read, mut resolve) = (vec![tiles], Vec::new());
         if merges {
