@@ -203,6 +203,8 @@ fn moving(gpu: &Gpu, count: u32, particles: u32) -> Result<Moving, Box<dyn Error
     let settings = ShadowSettings { size: 64, receiver: Receiver::Nearest, ..Default::default() };
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
     let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;
+    // As on GPUs: on software adapters a copy of the records ends a pass.
+    shadows.configure(|config| config.tuning.record_form = gpu.tier.record_form());
     let materials = [Material::default()];
     let casters = Casters { materials: &materials, ..Casters::default() };
     let (smoke, layout) = smoke(device);

@@ -12,7 +12,7 @@ use gobo::{
     glam::{UVec2, Vec3},
     gpu::{Gpu, KernelCache},
     model::{Bounds, Casters, Light, LightKind, Material, Particle},
-    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    records::{CasterRecord, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::{Frustum, GroupTree, order, widened},
     stage::{
         sort::{PAIR_FORMAT, pair_texture_size},
@@ -54,8 +54,8 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
     let count = COUNTS[0];
     for footprint in FOOTPRINTS {
         let casters: Vec<_> =
-            particles(count, footprint).iter().map(|p| Caster::new(p, &material)).collect();
-        let project = |(caster, id): (&Caster, u32)| {
+            particles(count, footprint).iter().map(|p| CasterRecord::new(p, &material)).collect();
+        let project = |(caster, id): (&CasterRecord, u32)| {
             reference::project::project_caster(
                 &gpu_view,
                 0,

@@ -17,7 +17,7 @@ use gobo::{
     glam::UVec2,
     gpu::{Gpu, KernelCache, Timeline},
     model::{Casters, Material},
-    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    records::{CasterRecord, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::order,
     stage::{
         sort::{PAIR_FORMAT, pair_texture_size},
@@ -77,7 +77,7 @@ fn timed(work: impl FnOnce()) -> Duration {
 }
 
 /// The pairs by tile, front to back, of the casters in the order of the upload.
-fn lists(casters: &[Caster]) -> Lists {
+fn lists(casters: &[CasterRecord]) -> Lists {
     let (view, material) = (view(), GpuMaterial::new(&Material::default(), &[]));
     let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
     let params = ProjectParams { scatter: false, include_non_casters: false, by_distance: false };
@@ -171,7 +171,7 @@ fn compare_accumulate(gpu: &Gpu) {
         let materials = [Material::default()];
         let uploaded: Vec<_> = order::morton(&centers)
             .into_iter()
-            .map(|i| Caster::new(&particles[i as usize], &materials[0]))
+            .map(|i| CasterRecord::new(&particles[i as usize], &materials[0]))
             .collect();
         let lists = lists(&uploaded);
         let casters =

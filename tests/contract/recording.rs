@@ -72,7 +72,8 @@ fn mixture(pane: Material) -> Scene {
 }
 
 fn casters(gpu: &Gpu, scene: &Scene) -> CasterSet {
-    CasterSet::new(&gpu.device, &gpu.queue, &scene.casters()).unwrap()
+    let form = Config::new(gpu.tier, &gpu.adapter).tuning.record_form;
+    CasterSet::new(&gpu.device, &gpu.queue, &scene.casters(), form).unwrap()
 }
 
 struct Case {

@@ -11,6 +11,7 @@ use gobo::{
         levels::{IN_REGISTERS, OF_AREA, OF_POINT},
         llvmpipe::{COLUMNS, LOADED},
         sort::SERIAL_SCATTER,
+        tuning::IN_TEXTURES,
     },
     wgpu::{self, BufferUsages},
 };
@@ -68,7 +69,7 @@ fn kernels_of_software_adapters_are_valid() {
     let mut more = HashSet::new();
     let all = kernels().iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)));
     for (desc, tier) in all.filter(|(desc, tier)| *tier >= desc.tiers[0]) {
-        let of_software = [&COLUMNS[..], &[LOADED]].concat();
+        let of_software = [&COLUMNS[..], &[LOADED, IN_TEXTURES]].concat();
         let [own, loaded] =
             [&[][..], &of_software].map(|choices| desc.specialised(tier, choices, &[]).unwrap());
         assert!(!loaded.wgsl.contains("< unrolled("), "{}: a loop is not written out", desc.name);
