@@ -7,12 +7,12 @@ mod common;
 use common::{mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
-    Shadows,
+    Receiver, ShadowSettings, Shadows,
     frame::{Commands, Kernels, Sort, SortCount},
     glam::{UVec2, Vec3},
     gpu::{Gpu, KernelCache},
     model::{Bounds, Casters, Light, LightKind, Material, Particle},
-    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    records::{CasterRecord, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::{Frustum, GroupTree, order, widened},
     stage::{
         sort::{PAIR_FORMAT, pair_texture_size},
@@ -54,8 +54,8 @@ fn cpu_project_and_bin(criterion: &mut Criterion) {
     let count = COUNTS[0];
     for footprint in FOOTPRINTS {
         let casters: Vec<_> =
-            particles(count, footprint).iter().map(|p| Caster::new(p, &material)).collect();
-        let project = |(caster, id): (&Caster, u32)| {
+            particles(count, footprint).iter().map(|p| CasterRecord::new(p, &material)).collect();
+        let project = |(caster, id): (&CasterRecord, u32)| {
             reference::project::project_caster(
                 &gpu_view,
                 0,
@@ -203,6 +203,7 @@ fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
 
 fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
     let mut timeline = timeline(gpu);
+    let nearest = ShadowSettings { receiver: Receiver::Nearest, ..ShadowSettings::default() };
     for footprint in FOOTPRINTS {
         for count in COUNTS {
             let particles = particles(count, footprint);
@@ -210,7 +211,7 @@ fn gpu_stages(criterion: &mut Criterion, gpu: &Gpu) {
             let casters =
                 Casters { particles: &particles, materials: &materials, ..Casters::default() };
             let prepared = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)
-                .and_then(|mut shadows| shadows.prepare(&casters, &[view()], &Default::default()))
+                .and_then(|mut shadows| shadows.prepare(&casters, &[view()], &nearest))
                 .expect("the device has the memory");
             for stage in ["project", "bin", "accumulate"] {
                 let mut group = criterion.benchmark_group(format!("gpu/{stage}"));

@@ -3,7 +3,7 @@
 mod measure;
 
 use gobo::{
-    Counters, ShadowSettings, Shadows,
+    Counters, Receiver, ShadowSettings, Shadows,
     glam::{Mat4, UVec2},
     gpu::Gpu,
     model::{Casters, Material, Pattern, Projection, Transfer, View, ViewRole},
@@ -105,7 +105,8 @@ fn cost() -> Result<String, Box<dyn std::error::Error>> {
             ..Counters::default()
         };
         shadows.grow_from(&full);
-        let prepared = shadows.prepare(&casters, &[view()], &ShadowSettings::default())?;
+        let nearest = ShadowSettings { receiver: Receiver::Nearest, ..ShadowSettings::default() };
+        let prepared = shadows.prepare(&casters, &[view()], &nearest)?;
         let frame = || -> Result<f64, Box<dyn std::error::Error>> {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             prepared.record(&mut encoder)?;

@@ -10,7 +10,7 @@ mod particles;
 
 use gobo::{
     Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Material, Particle, Prepared,
-    Receiver, ShadowSettings, Shadows, Support, Tier, View,
+    ShadowSettings, Shadows, Support, Tier, View,
     glam::{Vec3, Vec4},
     host::PointBuffers,
     wgpu::{self, BufferUsages, util::DeviceExt as _},
@@ -62,8 +62,7 @@ fn load_caster(index: u32) -> Caster {
 }";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let settings =
-        ShadowSettings { size: 256, receiver: Receiver::Curve, nodes: 8, ..Default::default() };
+    let settings = ShadowSettings { size: 256, ..Default::default() };
     let adapter = wgpu::Instance::default().request_adapter(&Default::default());
     let adapter = pollster::block_on(adapter)?;
     let tier = Tier::of(&adapter);

@@ -20,8 +20,8 @@ fn main() -> Done {
     let (particles, lamp) = (particles(), Light::point(Vec3::new(0.2, 4.0, 0.3)));
     let bounds = Bounds { min: Vec3::splat(-3.0), max: Vec3::splat(3.0) };
     let views = light_views(0, &lamp, 512, None, &bounds)?;
-    let nearest = ShadowSettings::default();
-    let curve = ShadowSettings { receiver: Receiver::Curve, ..nearest };
+    let curve = ShadowSettings::default();
+    let nearest = ShadowSettings { receiver: Receiver::Nearest, ..curve };
     println!("| | kernels | one after another | on {} threads | first frame | next |", cores());
     println!("|---|---|---|---|---|---|");
     for (name, transfer, settings) in [

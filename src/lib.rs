@@ -11,7 +11,7 @@
 #![cfg_attr(feature = "device", doc = "```")]
 #![cfg_attr(not(feature = "device"), doc = "```ignore")]
 //! use gobo::glam::{Vec3, Vec4};
-//! use gobo::{Bounds, Casters, Light, Material, Particle, Receiver, ShadowSettings, Shadows};
+//! use gobo::{Bounds, Casters, Light, Material, Particle, ShadowSettings, Shadows};
 //!
 //! # let gpu = gobo::Gpu::headless()?;
 //! # let (device, queue, adapter_info) = (&gpu.device, &gpu.queue, &gpu.adapter);
@@ -26,7 +26,7 @@
 //! let views = gobo::light_views(0, &lamp, 128, None, &bounds)?;
 //!
 //! let mut shadows = Shadows::new(device, queue, adapter_info)?;
-//! let settings = ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..Default::default() };
+//! let settings = ShadowSettings::default(); // curves of 8 nodes
 //! let prepared = shadows.prepare(&casters, &views, &settings)?;
 //! let mut encoder = device.create_command_encoder(&Default::default());
 //! prepared.record(&mut encoder)?;

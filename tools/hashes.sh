@@ -1,7 +1,8 @@
 #!/bin/sh
 # Hashes of the pictures and maps of every scene of data/, on all tiers and the CPU reference: one line for
 # each scene, tier and kind. Two builds that agree print the same lines.
-# Usage: tools/hashes.sh [GOBO] [SCENE...]. SETS holds further arguments for `gobo render`.
+# Usage: tools/hashes.sh [GOBO] [SCENE...]. SETS holds further arguments for `gobo render`: builds of different defaults
+# are compared with, say, SETS='--set shadow.receiver=nearest'.
 set -eu
 cd "$(dirname "$0")/.."
 gobo=${1:-target/release/gobo}

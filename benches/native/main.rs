@@ -12,12 +12,12 @@ use accumulate::{Lists, Texel};
 use common::{SIZE, pairs, particles, stage_time, timeline, view};
 use fearless_simd::Level;
 use gobo::{
-    Counters, Prepared, ShadowSettings, Shadows,
+    Counters, Prepared, Receiver, ShadowSettings, Shadows,
     frame::{Commands, Kernels, Sort, SortCount},
     glam::UVec2,
     gpu::{Gpu, KernelCache, Timeline},
     model::{Casters, Material},
-    records::{Caster, DEPTH_BITS, GpuMaterial, TileRect},
+    records::{CasterRecord, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::order,
     stage::{
         sort::{PAIR_FORMAT, pair_texture_size},
@@ -77,7 +77,7 @@ fn timed(work: impl FnOnce()) -> Duration {
 }
 
 /// The pairs by tile, front to back, of the casters in the order of the upload.
-fn lists(casters: &[Caster]) -> Lists {
+fn lists(casters: &[CasterRecord]) -> Lists {
     let (view, material) = (view(), GpuMaterial::new(&Material::default(), &[]));
     let gpu_view = view.to_gpu(0, UVec2::ZERO, 0);
     let params = ProjectParams { scatter: false, include_non_casters: false, by_distance: false };
@@ -171,7 +171,7 @@ fn compare_accumulate(gpu: &Gpu) {
         let materials = [Material::default()];
         let uploaded: Vec<_> = order::morton(&centers)
             .into_iter()
-            .map(|i| Caster::new(&particles[i as usize], &materials[0]))
+            .map(|i| CasterRecord::new(&particles[i as usize], &materials[0]))
             .collect();
         let lists = lists(&uploaded);
         let casters =
@@ -179,10 +179,10 @@ fn compare_accumulate(gpu: &Gpu) {
         let pair_count = lists.pairs.len() as u32;
         let mut shadows = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)
             .expect("the device runs the kernels");
+        let nearest = ShadowSettings { receiver: Receiver::Nearest, ..ShadowSettings::default() };
         shadows.grow_from(&Counters { pairs_needed: pair_count, ..Counters::default() });
-        let prepared = shadows
-            .prepare(&casters, &[view()], &ShadowSettings::default())
-            .expect("the device has the memory");
+        let prepared =
+            shadows.prepare(&casters, &[view()], &nearest).expect("the device has the memory");
         let mut map = vec![[f32::NAN; 4]; (SIZE * SIZE) as usize];
         let (mut kernel, mut native) = (Times::default(), Times::default());
         for run in 0..WARM_UP + RUNS {

@@ -3,8 +3,8 @@
 //!
 //! `cargo run --example host_grid`
 use gobo::{
-    Bounds, Brick, Casters, Grid, HostGrid, HostInputs, Light, Material, Prepared, Receiver,
-    ShadowSettings, Shadows, Shape, Support, Tier, View,
+    Bounds, Brick, Casters, Grid, HostGrid, HostInputs, Light, Material, Prepared, ShadowSettings,
+    Shadows, Shape, Support, Tier, View,
     glam::{Affine3A, IVec3, Vec3},
     host::PointBuffers,
     light_views,
@@ -48,8 +48,7 @@ fn move_smoke(@builtin(global_invocation_id) id: vec3<u32>) {
 }";
 
 fn main() -> Result<()> {
-    let settings =
-        ShadowSettings { size: 256, receiver: Receiver::Curve, nodes: 8, ..Default::default() };
+    let settings = ShadowSettings { size: 256, ..Default::default() };
     let adapter = wgpu::Instance::default().request_adapter(&Default::default());
     let adapter = pollster::block_on(adapter)?;
     let tier = Tier::of(&adapter);

@@ -10,8 +10,7 @@ mod raster;
 
 use gobo::{
     Bounds, CasterCount, CasterLoader, Casters, HostCasters, HostDepth, HostInputs, Light,
-    Material, Particle, Prepared, Receiver, ShadowSettings, Shadows, Tier, Transfer, Triangle,
-    View,
+    Material, Particle, Prepared, ShadowSettings, Shadows, Tier, Transfer, Triangle, View,
     glam::{Mat4, Vec2, Vec3, Vec4},
     host::LightBindings,
     wgpu::{self, BufferUsages},
@@ -136,7 +135,7 @@ struct Host {
 }
 
 fn settings() -> ShadowSettings {
-    ShadowSettings { size: MAP, receiver: Receiver::Curve, nodes: 8, ..Default::default() }
+    ShadowSettings { size: MAP, ..Default::default() }
 }
 
 /// Materials of the smoke and of the solids.

@@ -9,7 +9,7 @@ mod light;
 use cloud::{Arrays, Packed, ring};
 use gobo::{
     Bounds, CasterCount, Casters, Gaussian, HostCasters, HostInputs, Light, Material, Prepared,
-    Receiver, ShadowSettings, Shadows, Shape, Support, Tier, View,
+    ShadowSettings, Shadows, Shape, Support, Tier, View,
     glam::Vec3,
     host::PointBuffers,
     light_views,
@@ -30,8 +30,7 @@ const SCALE: u32 = 3;
 const TOLERANCE: f32 = 1.0 / 1024.0;
 
 fn main() -> Result<()> {
-    let settings =
-        ShadowSettings { size: 256, receiver: Receiver::Curve, nodes: 8, ..Default::default() };
+    let settings = ShadowSettings { size: 256, ..Default::default() };
     let adapter = wgpu::Instance::default().request_adapter(&Default::default());
     let adapter = pollster::block_on(adapter)?;
     let tier = Tier::of(&adapter);

@@ -4,7 +4,7 @@ use gobo::{
     Casters, Error,
     glam::{DVec2, DVec3, UVec2},
     gpu::Gpu,
-    model::{Material, Particle, Receiver, ShadowSettings, View},
+    model::{Material, Particle, ShadowSettings, View},
     records::{PackedNode, curve::light_at},
     shadows::{Config, Shadows},
     wgpu,
@@ -78,8 +78,7 @@ impl Discs {
         let materials = [Material::default()];
         let casters =
             Casters { materials: &materials, particles: &self.particles, ..Casters::default() };
-        let settings =
-            ShadowSettings { receiver: Receiver::Curve, nodes, ..ShadowSettings::default() };
+        let settings = ShadowSettings { nodes, ..ShadowSettings::default() };
         let prepared = shadows.prepare(&casters, std::slice::from_ref(&self.view), &settings)?;
         let mut encoder =
             gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

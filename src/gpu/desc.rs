@@ -70,6 +70,11 @@ impl Choice {
     }
 }
 
+/// Where every kernel reads records ([`Tier::record_form`]); [`Tuning`](crate::stage::tuning::Tuning) may
+/// replace it.
+const RECORDS: Choice =
+    Choice::by_tier("records", "records/in_textures.wgsl", Tier::Native, "records/in_buffers.wgsl");
+
 impl KernelDesc {
     /// A kernel with one source for all tiers, whose entry point has its name.
     pub const fn new(name: &'static str, root: &'static str) -> Self {
@@ -80,7 +85,7 @@ impl KernelDesc {
 
     /// Its choices; the first of a name counts.
     pub fn choices(&self) -> impl Iterator<Item = &Choice> {
-        self.with.iter().chain(self.shared)
+        self.with.iter().chain(self.shared).chain(&[RECORDS])
     }
 
     /// The whole source for a tier. Without a variant for the tier, it is the source of the tier below.

@@ -38,7 +38,7 @@ pub use scope::{allocated, has_texture};
 pub use shelf::Shelf;
 pub use support::{Missing, Need, Requirement, Support};
 pub(crate) use support::{check_alive, missing};
-pub use tier::Tier;
+pub use tier::{RecordForm, Tier};
 pub use timing::add_time;
 pub use timing::{KernelTime, Profiler, Timeline, has_timestamps};
 pub(crate) use transfer::{filled, read_back, staging};

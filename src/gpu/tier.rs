@@ -17,6 +17,15 @@ pub enum Tier {
     Native,
 }
 
+/// Where kernels read the records that kernels write to buffers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordForm {
+    /// There.
+    Buffers,
+    /// In textures, to which they are copied.
+    Textures,
+}
+
 impl Tier {
     /// Every tier, core first.
     pub const ALL: &'static [Self] = &[Self::Core, Self::Subgroups, Self::Native];
@@ -25,6 +34,8 @@ impl Tier {
     pub const BY_SUBGROUPS: &'static [Self] = &[Self::Core, Self::Subgroups];
     /// Tiers of kernels that differ only in their sums.
     pub(crate) const BY_ATOMICS: &'static [Self] = &[Self::Core, Self::Native];
+    /// Tiers of kernels that differ only in where they read records.
+    pub const BY_RECORDS: &'static [Self] = Self::BY_ATOMICS;
 
     /// The best tier that a device of `adapter` can be opened for.
     pub fn of(adapter: &wgpu::Adapter) -> Self {
@@ -73,6 +84,11 @@ impl Tier {
     /// Whether kernels use atomics on textures.
     pub const fn has_texture_atomics(self) -> bool {
         self.features().contains(Features::TEXTURE_ATOMIC)
+    }
+
+    /// Where kernels of GPUs read records: sums in textures leave a stage buffers enough.
+    pub const fn record_form(self) -> RecordForm {
+        if self.has_texture_atomics() { RecordForm::Buffers } else { RecordForm::Textures }
     }
 
     /// Most storage textures that a kernel binds.

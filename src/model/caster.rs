@@ -97,7 +97,8 @@ pub enum Receives {
     Nearest,
     /// No casters.
     Opaque,
-    /// Like `Nearest`, except where the nearest caster belongs to the receiver's own object.
+    /// Like `Nearest`, except where the nearest caster belongs to the receiver's own object; like `Curve`
+    /// where receivers read curves.
     Others,
 }
 

@@ -7,9 +7,9 @@ use super::ShadowFilter;
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Receiver {
     /// The whole filter map behind the nearest translucent depth; nothing in front of it.
-    #[default]
     Nearest,
     /// The transmittance curve: the product over only the casters in front of the receiver.
+    #[default]
     Curve,
 }
 
@@ -23,7 +23,9 @@ pub enum Receiver {
 pub struct ShadowSettings {
     /// Edge of a view's map \[texels\], [`MIN_MAP_SIZE`]..=[`MAX_MAP_SIZE`]. Default 1024.
     pub size: u32,
-    /// How receivers read the maps. Default [`Receiver::Nearest`].
+    /// How receivers read the maps. Default [`Receiver::Curve`]. [`Receiver::Nearest`] takes a fifth of the
+    /// memory of 8 nodes and less time, and gives the same light where casters are opaque or all in front of
+    /// what they tint.
     pub receiver: Receiver,
     /// Nodes of a transmittance curve (K): 4, 8 or 16, of 8 bytes a texel each. Default 8.
     pub nodes: u32,
@@ -102,7 +104,7 @@ impl Default for ShadowSettings {
     fn default() -> Self {
         Self {
             size: 1024,
-            receiver: Receiver::Nearest,
+            receiver: Receiver::Curve,
             nodes: 8,
             filter: ShadowFilter::Spline,
             bias: None,

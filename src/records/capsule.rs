@@ -1,5 +1,5 @@
 //! Capsules of strands as kernels read them.
-use super::Caster;
+use super::CasterRecord;
 use crate::model::{Capsule, Particle, Strand};
 use glam::Vec3;
 use std::borrow::Cow;
@@ -73,7 +73,7 @@ impl Capsules {
     }
 
     /// The records as records of particles, [`CAPSULE_RECORDS`] each.
-    pub fn as_casters(&self) -> &[Caster] {
+    pub fn as_casters(&self) -> &[CasterRecord] {
         bytemuck::cast_slice(&self.records)
     }
 }

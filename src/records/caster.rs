@@ -3,12 +3,12 @@ use super::pack::{color_bits, from_color_bits, from_opacity, opacity_bits};
 use crate::model::{Material, Particle, Transfer};
 use glam::{Vec3, Vec4};
 
-/// Texels of a [`Caster`].
+/// Texels of a [`CasterRecord`] in a texture.
 pub const CASTER_TEXELS: u32 = 2;
 
-crate::records::texel_struct! {
-    /// A particle as kernels read it.
-    pub struct Caster {
+crate::records::gpu_struct! {
+    /// A particle as kernels read it. WGSL: `wgsl/records/record.wgsl`.
+    pub struct CasterRecord {
         /// World space \[m\].
         pub center: Vec3,
         /// Radius \[m\].
@@ -23,7 +23,7 @@ crate::records::texel_struct! {
     }
 }
 
-impl Caster {
+impl CasterRecord {
     /// The record of a particle.
     pub fn new(particle: &Particle, material: &Material) -> Self {
         let is_gain = material.transfer == Transfer::Gain;

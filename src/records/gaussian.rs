@@ -1,6 +1,6 @@
 //! Gaussians as uploaded, and their setups for one view.
 use super::{
-    Caster, Outline,
+    CasterRecord, Outline,
     pack::{color_bits, from_color_bits, from_opacity, opacity_bits},
 };
 use crate::model::{Gaussian, GaussianOpacity, Material, Transfer};
@@ -12,13 +12,15 @@ pub const GAUSSIAN_TEXELS: u32 = 3;
 pub const OUTLINE_TEXEL: u32 = 2;
 /// Rounding of a unit quaternion's squared length.
 pub const UNIT_ROUNDING: f32 = 1e-6;
-/// Flag of a Gaussian's [`Caster::material_rotation`]: in shadow views its colour is black.
+/// Flag of a Gaussian's [`CasterRecord::material_rotation`]: in shadow views its colour is black.
 pub const NEUTRAL_BIT: u32 = 1 << 16;
-/// Flag of a Gaussian's [`Caster::material_rotation`]: a medium, whose alpha is its extinction [1/m / 32768].
+/// Flag of a Gaussian's [`CasterRecord::material_rotation`]: a medium, whose alpha is its extinction
+/// [1/m / 32768].
 pub const MEDIUM_BIT: u32 = 1 << 17;
 
-crate::records::texel_struct! {
-    /// A Gaussian's axes as kernels read them: a record as long as its [`Caster`].
+crate::records::gpu_struct! {
+    /// A Gaussian's axes as kernels read them: a record as long as its [`CasterRecord`]. WGSL:
+    /// `wgsl/records/caster.wgsl`.
     pub struct GaussianAxes {
         /// Unit quaternion x, y, z, w: from its own space to the world.
         pub rotation: [f32; 4],
@@ -54,7 +56,7 @@ pub(super) fn gaussian_marks(material: &Material) -> u32 {
     neutral | if medium { MEDIUM_BIT } else { 0 }
 }
 
-impl Caster {
+impl CasterRecord {
     /// The record of a Gaussian; `axes`: index of its [`GaussianAxes`].
     pub fn of_gaussian(gaussian: &Gaussian, material: &Material, axes: u32) -> Self {
         let is_gain = material.transfer == Transfer::Gain;

@@ -20,7 +20,7 @@ crate::records::gpu_struct! {
         pub count_index: u32,
         pub group_count: u32,
         pub first_group: u32,
-        /// Record of the first group's first caster.
+        /// First group's first caster, in the buffer of records.
         pub first_caster: u32,
         /// Reach of a quad in its group's box \[radii\].
         pub quad_reach: f32,
@@ -28,11 +28,12 @@ crate::records::gpu_struct! {
         pub may_be_none: u32,
         /// Materials that the set may use, a bit each.
         pub materials: [[u32; 4]; 4],
-        /// Record of the axes of the first group's first Gaussian.
+        /// Axes of the first group's first Gaussian, in the buffer of records.
         pub first_axes: u32,
+        /// First record of the buffer, among all records.
+        pub first_record: u32,
         pub pad_0: u32,
         pub pad_1: u32,
-        pub pad_2: u32,
     }
 }
 

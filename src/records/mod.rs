@@ -1,8 +1,10 @@
 //! Records that stages pass on: casters as uploaded, footprints as projected to one view.
 //!
-//! Casters, footprints and triangles are stored in rgba32uint or rg32uint textures, [`ROW`] texels wide:
-//! element `i` of `n` texels starts at linear texel `i * n`. Texture reads are cheap on every adapter, and
-//! a texture is not bound by the size of a storage binding. WGSL: `wgsl/records/record.wgsl`.
+//! Casters are in a buffer, or a texture where kernels read no further buffer ([`RecordForm`]). Textures of
+//! records are rgba32uint or rg32uint, [`ROW`] texels wide: element `i` of `n` texels starts at linear texel
+//! `i * n`. WGSL: `wgsl/records/record.wgsl`.
+//!
+//! [`RecordForm`]: crate::gpu::RecordForm
 mod area;
 mod blue;
 mod bounce;
@@ -43,7 +45,7 @@ pub use bounce::{
 };
 pub use brick::{BRICK_TEXELS, BrickRecord, Bricks, GridRecord, LATTICE_EDGE, SLOT_SIZE};
 pub use capsule::{CAPSULE_RECORDS, CapsuleRecord, Capsules};
-pub use caster::{CASTER_TEXELS, Caster};
+pub use caster::{CASTER_TEXELS, CasterRecord};
 pub use caustic::{
     CARRY_BITS, CAUSTIC_ONE, CausticTexel, GLASS_VECTORS, GlassFace, NO_FACE, THROWN_BIT,
     add_caustic, caustic_light, caustic_words, glass_faces,

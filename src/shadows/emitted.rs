@@ -64,8 +64,9 @@ impl Shadows {
         let counters = allocator.storage::<LoadCounters>("host_counters", 1, copied)?;
         let mut dispatches = Vec::with_capacity(emitted.len());
         let mut first_group = 0;
+        let (written, first_record) = set.casters.written();
         let runs = emitted.iter().zip(&slots).zip(set.emitted_records());
-        for (((emission, simulation), emitter), first_caster) in runs {
+        for (((emission, simulation), emitter), records) in runs {
             let mut materials = [[0; 4]; MAX_MATERIALS / 128];
             let word = emitter.material as usize / 32;
             materials[word / 4][word % 4] = 1 << (emitter.material % 32);
@@ -73,7 +74,8 @@ impl Shadows {
                 capacity: emission.numbers().len() as u32,
                 group_count: emitter.group_count,
                 first_group,
-                first_caster,
+                first_caster: records.start - first_record,
+                first_record,
                 quad_reach: 1.0,
                 may_be_none: 1,
                 materials,
@@ -83,7 +85,7 @@ impl Shadows {
             let params = EmissionParams::new(emission, simulation.capacity());
             let emission_params = allocator.uniform("emission_params", &params);
             let resources = Resources::new()
-                .with("casters", &set.casters)
+                .with_any("casters", written)
                 .with("materials", &set.materials)
                 .with("load_params", &load_params)
                 .with("emission_params", &emission_params)
@@ -96,9 +98,14 @@ impl Shadows {
             first_group += emitter.group_count;
         }
         let loaded = slots.iter().take(dispatches.len());
-        let group_counts = loaded.map(|slots| slots.group_count).collect();
+        let group_counts: Vec<_> = loaded.map(|slots| slots.group_count).collect();
         let mut commands = Commands::new();
         commands.pass("gobo load", dispatches);
+        let mut records = set.emitted_records().take(group_counts.len());
+        if let Some(first) = records.next() {
+            let end = records.last().map_or(first.end, |last| last.end);
+            set.casters.copy(&mut commands, "gobo load", &(first.start..end));
+        }
         Ok(EmittedLoad { commands, group_counts, groups, counters, memory })
     }
 

@@ -95,7 +95,9 @@ impl Shadows {
         if !missing.is_empty() {
             return Err(Error::Unsupported { tier, missing });
         }
-        Ok(Self::of(queue, Kernels::new(device, tier, config.tuning, cache), config))
+        let tuning = config.tuning.within(tier, &device.limits());
+        let config = Config { tuning, ..config };
+        Ok(Self::of(queue, Kernels::new(device, tier, tuning, cache), config))
     }
 
     fn of(queue: &wgpu::Queue, kernels: Kernels, config: Config) -> Self {
@@ -339,11 +341,14 @@ impl Shadows {
         check_alive(device)?;
         casters.check()?;
         let grids = host_grids::with_bricks(device, inputs.grids)?;
+        let form = self.config.tuning.record_form;
         let kept = self.casters.take().and_then(|mut set| {
-            (set.suffices(inputs) && set.update(queue, casters, &grids)).then_some(set)
+            (set.suffices(inputs, form) && set.update(queue, casters, &grids)).then_some(set)
         });
-        let new =
-            || allocated(device, || CasterSet::reserving(device, queue, casters, inputs, &grids));
+        let new = || {
+            let reserve = || CasterSet::reserving((device, queue), casters, inputs, &grids, form);
+            allocated(device, reserve)
+        };
         let set = kept.map_or_else(new, Ok)?;
         Ok(self.casters.insert(set).id())
     }

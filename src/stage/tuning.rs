@@ -7,7 +7,13 @@ use super::{
     llvmpipe,
     sort::Partition,
 };
-use crate::gpu::{Choice, Constant, KernelDesc};
+use crate::gpu::{Choice, Constant, KernelDesc, RecordForm, Tier};
+
+/// Reads records from textures on every tier.
+pub const IN_TEXTURES: Choice = Choice::new("records", "records/in_textures.wgsl");
+/// Size of the records of 16 million casters, which a device must be able to bind for them to be in buffers
+/// \[bytes\].
+pub const MOST_RECORDS: u64 = 512 << 20;
 
 /// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and
 /// `disc_segment`, which change their rounding.
@@ -23,10 +29,10 @@ pub struct Tuning {
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves and the
-    /// values that look-ups lay aside in registers, and all loops over them unrolled. On llvmpipe, which
-    /// loads workgroup memory slowly. Not on SwiftShader, whose compiler takes minutes for such a kernel, and
-    /// in a browser takes the process with it.
+    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in
+    /// registers, and all loops over them unrolled. On llvmpipe, which loads workgroup memory slowly. Not on
+    /// SwiftShader, whose compiler takes minutes for such a kernel, and in a browser takes the process with
+    /// it.
     pub columns: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.
@@ -39,6 +45,9 @@ pub struct Tuning {
     pub queued: bool,
     /// Whether tiles alternate between two cores.
     pub interleaved: bool,
+    /// Where kernels read records. In textures on software adapters, where reads of buffers take ten times as
+    /// long.
+    pub record_form: RecordForm,
     /// Whether sampled textures are read as storage textures: on software adapters, where that takes a
     /// third of the time.
     pub loaded: bool,
@@ -61,6 +70,7 @@ impl Tuning {
             wide: adapter.subgroup_max_size > 32,
             queued: is_software && lanes == [8, 8],
             interleaved: is_software,
+            record_form: if is_software { RecordForm::Textures } else { RecordForm::Buffers },
             loaded: is_software,
         }
     }
@@ -88,6 +98,15 @@ impl Tuning {
         }
     }
 
+    /// The tuning of a device, on a tier.
+    #[must_use]
+    pub fn within(self, tier: Tier, limits: &wgpu::Limits) -> Self {
+        let is_small = limits.max_storage_buffer_binding_size < MOST_RECORDS;
+        let form = if is_small { RecordForm::Textures } else { tier.record_form() };
+        let record_form = if form == RecordForm::Textures { form } else { self.record_form };
+        Self { record_form, ..self }
+    }
+
     /// Tiles that a workgroup walks. llvmpipe executes a walk's code even where it visits nothing, but not
     /// for each of the empty tiles of a run.
     pub fn tile_run(&self) -> u32 {
@@ -99,6 +118,7 @@ impl Tuning {
         let chosen = [
             (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
             (self.loaded, &[llvmpipe::LOADED]),
+            (self.record_form == RecordForm::Textures, &[IN_TEXTURES]),
             (self.columns, &llvmpipe::COLUMNS),
         ];
         chosen.into_iter().filter(|(is, _)| *is).flat_map(|(_, choices)| choices).copied().collect()

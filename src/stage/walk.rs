@@ -46,7 +46,7 @@ const WALKED: &[Choice] = &[IN_ORDER, COLUMN, WAITING, WALK, PAIRS, LANE_CASTER,
 
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    walk(name, with, Tier::BY_SUBGROUPS, "walk_tile", "entry/walk.wgsl")
+    walk(name, with, Tier::ALL, "walk_tile", "entry/walk.wgsl")
 }
 
 /// Walks a segment of a longer tile.

@@ -56,11 +56,9 @@ mod tests {
     #[test]
     fn nodes_are_halved_until_they_fit() {
         let given = |nodes, soften, sizes: &[u32], curve_budget| {
-            let receiver = Receiver::Curve;
-            let asked =
-                ShadowSettings { receiver, nodes, soften, curve_budget, ..Default::default() };
+            let asked = ShadowSettings { nodes, soften, curve_budget, ..Default::default() };
             let fitting = asked.within_curve_budget(&views(sizes));
-            let back = ShadowSettings { receiver, nodes, ..fitting };
+            let back = ShadowSettings { receiver: Receiver::Curve, nodes, ..fitting };
             assert_eq!(back, asked, "other settings stay");
             fitting.curve_nodes()
         };
@@ -82,6 +80,14 @@ mod tests {
         assert_eq!(given(8, false, &[64, 32, 32], 64 * 64 * 128 - 1), 4);
         assert_eq!(given(8, false, &[64, 48], 64 * 64 * (64 + 48)), 4);
         assert_eq!(given(8, false, &[], 0), 8);
-        assert_eq!(ShadowSettings::default().curve_budget, 1 << 31);
+    }
+
+    /// Settings that state nothing: 8 nodes for 32 maps of 1024 x 1024, 4 for twice as many.
+    #[test]
+    fn an_enormous_scene_has_fewer_nodes_by_default() {
+        for (maps, nodes) in [(1, 8), (32, 8), (33, 4), (64, 4), (65, 0), (1537, 0)] {
+            let fitting = ShadowSettings::default().within_curve_budget(&views(&vec![1024; maps]));
+            assert_eq!(fitting.curve_nodes(), nodes, "{maps} maps");
+        }
     }
 }

@@ -297,15 +297,16 @@ fn render_writes_pictures_and_maps() {
         }
         expected.push(format!("o/maps/{frame}/views.json"));
         for (light, view, size) in &views {
-            for (map, shape) in [
-                ("filter", &[*size, *size, 3][..]),
-                ("nearest", &[*size, *size]),
-                ("opaque", &[*size, *size]),
+            for (map, shape, most) in [
+                ("filter", &[*size, *size, 3][..], 1.0),
+                ("nearest", &[*size, *size], 1.0),
+                ("opaque", &[*size, *size], 1.0),
+                ("curve", &[*size, *size, 8, 5], 2.0),
             ] {
                 let stem = format!("o/maps/{frame}/{light}.{view}.{map}");
                 let (found, values) = npy(&folder.0.join(format!("{stem}.npy"))).unwrap();
                 assert_eq!(found, shape, "{stem}");
-                assert!(values.iter().all(|value| (0.0..=1.0).contains(value)), "{stem}");
+                assert!(values.iter().all(|value| (0.0..=most).contains(value)), "{stem}");
                 let preview = image::open(folder.0.join(format!("{stem}.png"))).unwrap();
                 assert_eq!((preview.width() as usize, preview.height() as usize), (*size, *size));
                 expected.extend([format!("{stem}.npy"), format!("{stem}.png")]);

@@ -12,7 +12,6 @@ target = [0, 0, 0]
 size = [24, 16]
 [shadow]
 size = 16
-receiver = "curve"
 nodes = 4
 [[light]]
 name = "sun"
@@ -240,58 +239,38 @@ fn the_ground_can_be_left_out() {
     folder.fail(&["render", "scene.toml", "--no-ground", "--backend", "cpu"], 2);
 }
 
-/// Commands say that curves have fewer nodes than they should have, and have those.
+/// Commands say that the curves of a file that states neither receiver nor nodes have fewer than 8 nodes, and
+/// have those.
 #[test]
 fn curves_past_their_budget_are_reported() {
     let folder = Folder::new("curve-budget");
-    fs::write(folder.0.join("panes.toml"), PANES).unwrap();
     // A map of 16 x 16 takes 64 x 16 texels of its atlas, with 8 nodes of 8 bytes 65,536 bytes.
     for (budget, dropped, message) in [
         (65_536, 0, ""),
         (65_535, 4, "curves have 4 nodes instead of 8"),
         (32_767, 8, "receivers read nearest depths"),
     ] {
+        let keys = format!("curve_budget = {budget}\ndetail = false\n");
+        fs::write(folder.0.join("panes.toml"), PANES.replace("nodes = 4\n", &keys)).unwrap();
         let out = format!("o{budget}");
-        let set = format!("shadow.curve_budget={budget}");
-        let output = folder.gobo(&[
-            "render",
-            "panes.toml",
-            "-o",
-            &out,
-            "--maps",
-            "--json",
-            "--set",
-            "shadow.nodes=8",
-            "--set",
-            "shadow.detail=false",
-            "--set",
-            &set,
-        ]);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{errors}");
-        assert!(
-            errors.contains(message) && errors.contains("curve_budget") == (dropped > 0),
-            "{errors}"
-        );
-        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let part = format!("{out}.gobo");
+        let said = |arguments: &[&str]| {
+            let output = folder.gobo(arguments);
+            let errors = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{errors}");
+            assert!(
+                errors.contains(message) && errors.contains("curve_budget") == (dropped > 0),
+                "{arguments:?}: {errors}"
+            );
+            output.stdout
+        };
+        said(&["check", "panes.toml"]);
+        said(&["maps", "panes.toml", "--casters", "0/1", "-o", &part]);
+        let report = said(&["render", "panes.toml", "-o", &out, "--maps", "--json"]);
+        let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
         assert_eq!(report["nodes_dropped"], dropped);
         let path = folder.0.join(format!("{out}/maps/frame_0000/sun.0.curve.npy"));
         let shape = path.exists().then(|| npy(&path).unwrap().0);
         assert_eq!(shape, (dropped < 8).then(|| vec![16, 16, 8 - dropped as usize, 5]), "{budget}");
-        let part = format!("{out}.gobo");
-        let output = folder.gobo(&[
-            "maps",
-            "panes.toml",
-            "--casters",
-            "0/1",
-            "-o",
-            &part,
-            "--set",
-            "shadow.nodes=8",
-            "--set",
-            &set,
-        ]);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success() && errors.contains(message), "{errors}");
     }
 }

@@ -2,8 +2,8 @@
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{
-        Camera, Light, LightKind, Material, Particle, Projection, ShadowSettings, Transfer,
-        Triangle, View, ViewRole,
+        Camera, Light, LightKind, Material, Particle, Projection, Receiver, ShadowSettings,
+        Transfer, Triangle, View, ViewRole,
     },
 };
 use gobo_scene::Scene;
@@ -47,6 +47,12 @@ impl Chance {
     }
 }
 
+/// Settings with which receivers read nearest depths.
+pub(crate) fn nearest_depth() -> ShadowSettings {
+    ShadowSettings { receiver: Receiver::Nearest, ..ShadowSettings::default() }
+}
+
+/// Nothing but materials, read by nearest depths.
 pub(crate) fn empty(materials: Vec<Material>) -> Scene {
     Scene {
         camera: Camera {
@@ -56,7 +62,7 @@ pub(crate) fn empty(materials: Vec<Material>) -> Scene {
             fov_y: 0.8,
             size: UVec2::new(64, 64),
         },
-        shadow: ShadowSettings { size: 64, ..ShadowSettings::default() },
+        shadow: ShadowSettings { size: 64, ..nearest_depth() },
         materials,
         textures: Vec::new(),
         motions: Vec::new(),

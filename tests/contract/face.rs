@@ -1,7 +1,7 @@
 //! Interface of the library for hosts.
 use crate::common::{
     TIERS,
-    scenes::{material, particle, random_discs},
+    scenes::{material, nearest_depth, particle, random_discs},
 };
 use gobo::{
     Bounds, Camera, Casters, Error, Gpu, Light, Material, Particle, Prepared, ShadowSettings,
@@ -136,7 +136,7 @@ fn what_cannot_be_used_is_named() {
     let mut flat = views();
     flat[2].far = flat[2].near;
     assert!(error(&of(&[good], &materials), &flat, &settings).starts_with("view 2 "));
-    let odd = ShadowSettings { receiver: gobo::Receiver::Curve, nodes: 7, ..settings };
+    let odd = ShadowSettings { nodes: 7, ..settings };
     assert!(error(&of(&[good], &materials), &views(), &odd).contains("nodes"));
     shadows.prepare(&of(&[good], &materials), &views(), &settings).unwrap();
 }
@@ -153,10 +153,8 @@ fn a_device_of_usual_limits_is_enough() {
     }))
     .unwrap();
     let mut shadows = Shadows::new(&device, &queue, &adapter.get_info()).unwrap();
-    let settings =
-        ShadowSettings { receiver: gobo::Receiver::Curve, nodes: 8, ..ShadowSettings::default() };
     let (particles, materials) = (random_discs(50, 3), [material(Transfer::Filter)]);
-    for settings in [settings, ShadowSettings::default()] {
+    for settings in [ShadowSettings::default(), nearest_depth()] {
         let prepared = shadows.prepare(&of(&particles, &materials), &views(), &settings).unwrap();
         let mut encoder = device.create_command_encoder(&Default::default());
         prepared.record(&mut encoder).unwrap();

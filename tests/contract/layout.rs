@@ -3,9 +3,9 @@ use crate::common::parse;
 use gobo::{
     gpu::{Access, Binding, BindingKind, Linked, Tier},
     records::{
-        BounceParams, ConvertParams, CullParams, EmissionParams, EmitterParams, GaussianLook,
-        GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView, HostGridParams, HostGroup,
-        HostView, ImportParams, LoadCounters, LoadParams, MaskParams,
+        BounceParams, CasterRecord, ConvertParams, CullParams, EmissionParams, EmitterParams,
+        GaussianAxes, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView,
+        HostGridParams, HostGroup, HostView, ImportParams, LoadCounters, LoadParams, MaskParams,
     },
     stage::{
         bin::{BatchCounters, BinParams, PartParams, Segment},
@@ -17,11 +17,12 @@ use gobo::{
         soften::SoftenParams,
         sort::{SERIAL_SCATTER, SortPass},
     },
-    wgpu::{TextureSampleType, TextureViewDimension},
+    wgpu::{TextureFormat, TextureSampleType, TextureViewDimension},
 };
 use gobo_picture::stage::{shade::Band, variants};
 use gobo_reference::records::{AirParams, ClusterCounters, ClusterParams};
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
+use std::collections::BTreeSet;
 
 /// `Ok(false)`: the module does not declare the struct.
 type Check = fn(&Module) -> Result<bool, String>;
@@ -30,6 +31,8 @@ type Check = fn(&Module) -> Result<bool, String>;
 const STRUCTS: &[Check] = &[
     struct_agrees::<GpuView>,
     struct_agrees::<GpuMaterial>,
+    struct_agrees::<CasterRecord>,
+    struct_agrees::<GaussianAxes>,
     struct_agrees::<Chunk>,
     struct_agrees::<ProjectParams>,
     struct_agrees::<SortPass>,
@@ -237,6 +240,87 @@ fn bindings_are_few_enough() {
         );
         assert!(count(|kind| matches!(kind, BindingKind::Texture { .. })) <= 16, "{name}");
     }
+}
+
+/// Texels of maps and their sums, of pixels, of air and of voxels.
+const TEXELS: &[&str] = &[
+    "air",
+    "ambients",
+    "behinds",
+    "bends",
+    "bloom_to",
+    "colored",
+    "curves",
+    "filter_mip",
+    "filters",
+    "half_surfaces",
+    "kept_sums",
+    "mask_points",
+    "mask_surfaces",
+    "near_around",
+    "near_rows",
+    "nearests",
+    "nearness",
+    "new_masks",
+    "occlusions",
+    "opaques",
+    "radiance",
+    "rows",
+    "seen_pixels",
+    "soft_filters",
+    "soft_nearests",
+    "soft_opaques",
+    "sources",
+    "sum_blue",
+    "sum_green",
+    "sum_red",
+    "voxels",
+];
+
+/// Records that are not in buffers.
+const IN_TEXTURES: &[&str] = &[
+    "clipped_rects",
+    "clusters",
+    "footprints",
+    "histograms",
+    "keys",
+    "layers",
+    "lit",
+    "masks",
+    "new_levels",
+    "pairs",
+    "points",
+    "rects",
+    "setups",
+    "sorted_pairs",
+    "tiles",
+];
+
+fn is_written_texture(binding: &Binding) -> bool {
+    match binding.kind {
+        BindingKind::StorageTexture { access, .. } => access != Access::Read,
+        _ => false,
+    }
+}
+
+/// Buffers are written at more than twice the rate of storage textures.
+#[test]
+fn records_are_written_to_buffers() {
+    let mut written = BTreeSet::new();
+    for (desc, tier) in variants() {
+        let bindings = desc.link(tier).unwrap().bindings().unwrap();
+        written.extend(bindings.iter().filter(|it| is_written_texture(it)).map(|it| it.name));
+    }
+    let known: BTreeSet<_> = TEXELS.iter().chain(IN_TEXTURES).copied().collect();
+    assert_eq!(written, known);
+    // The check can fail.
+    let kind = BindingKind::StorageTexture {
+        access: Access::Write,
+        format: TextureFormat::Rgba32Uint,
+        dimension: TextureViewDimension::D2,
+    };
+    let wrong = Binding { name: "casters", number: 33, kind };
+    assert!(is_written_texture(&wrong) && !known.contains(wrong.name));
 }
 
 /// The checks can fail: they must notice each of these edits.

@@ -2,7 +2,7 @@
 //! nothing is created behind the scenes.
 use crate::common::{
     counted_gpu, own_gpu,
-    scenes::{Chance, empty, light, material, random_discs, triangle},
+    scenes::{Chance, empty, light, material, nearest_depth, random_discs, triangle},
     tiers,
 };
 use gobo::{
@@ -72,7 +72,8 @@ fn mixture(pane: Material) -> Scene {
 }
 
 fn casters(gpu: &Gpu, scene: &Scene) -> CasterSet {
-    CasterSet::new(&gpu.device, &gpu.queue, &scene.casters()).unwrap()
+    let form = Config::new(gpu.tier, &gpu.adapter).tuning.record_form;
+    CasterSet::new(&gpu.device, &gpu.queue, &scene.casters(), form).unwrap()
 }
 
 struct Case {
@@ -128,7 +129,7 @@ fn a_frame_makes_nothing_on_the_device() {
     for tier in tiers(Tier::Native) {
         for Case { name, scene, set } in cases() {
             let (_alone, gpu, mut shadows) = open(tier);
-            let mut settings = ShadowSettings::default();
+            let mut settings = nearest_depth();
             shadows.configure(|config| set(&mut settings, config));
             let prepared = prepare(&gpu, &mut shadows, &scene, &settings);
             let mut encoder = gpu.device.create_command_encoder(&Default::default());

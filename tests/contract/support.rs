@@ -5,8 +5,7 @@ use crate::common::{
     two_devices,
 };
 use gobo::{
-    Bounds, Casters, Error, Light, LightKind, Receiver, ShadowSettings, Shadows, Support, Tier,
-    Transfer,
+    Bounds, Casters, Error, Light, LightKind, ShadowSettings, Shadows, Support, Tier, Transfer,
     glam::{Vec3, Vec4},
     gpu::{Kernel, KernelError, Resources, Selection},
     host::{Input, Missing, Need, Requirement},
@@ -41,7 +40,7 @@ fn limits_of(missing: &[Missing]) -> Vec<&'static str> {
 
 #[test]
 fn a_device_opened_as_the_settings_say_runs() {
-    let settings = ShadowSettings { receiver: Receiver::Curve, ..ShadowSettings::default() };
+    let settings = ShadowSettings::default();
     for &tier in Tier::ALL {
         let (device, queue, info) = open(settings.features(tier), settings.limits(tier, 4096));
         let support = Support::of(&device, &info, &settings);

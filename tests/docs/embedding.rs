@@ -100,9 +100,9 @@ mod blocks {
     use super::Host as F;
 
     async fn device(adapter: &wgpu::Adapter, yours: wgpu::Features, your_limits: wgpu::Limits) -> Result<(wgpu::Device, wgpu::Queue), Box<dyn std::error::Error>> {
-        use gobo::{Receiver, ShadowSettings, Tier, wgpu};
+        use gobo::{ShadowSettings, Tier, wgpu};
 
-        let settings = ShadowSettings { receiver: Receiver::Curve, ..Default::default() };
+        let settings = ShadowSettings::default(); // curves of 8 nodes; with Receiver::Nearest none
         let tier = Tier::of(&adapter); // the best
         let (device, queue) = adapter.request_device(&wgpu::DeviceDescriptor {
             required_features: settings.features(tier) | yours,

@@ -3,12 +3,14 @@ use super::{
     HostBuffers, Particle, ShadowSettings, Vec3, Vec4, count_buffer, counted, materials, on_device,
     particles, shadows, submit, uploaded, views,
 };
-use crate::common::{TIERS, counted_gpu, gpu, tiers};
+use crate::common::{TIERS, counted_gpu, gpu, scenes::nearest_depth, tiers};
 use gobo::{
-    Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Receiver, gpu::Tier, light_views,
+    Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Receiver,
+    gpu::{RecordForm, Tier},
+    light_views,
 };
 
-const SETTINGS: fn() -> ShadowSettings = ShadowSettings::default;
+const SETTINGS: fn() -> ShadowSettings = nearest_depth;
 
 /// Fixed and indirect counts: none, few, one more than a group, and many.
 #[test]
@@ -54,7 +56,7 @@ fn all_that_filters_or_blocks_can_come_from_the_host_on_the_other_tier() {
 }
 
 fn receivers() -> [ShadowSettings; 2] {
-    [SETTINGS(), ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..SETTINGS() }]
+    [SETTINGS(), ShadowSettings::default()]
 }
 
 /// Materials of the particles, and settings.
@@ -72,11 +74,16 @@ fn bits_are_those_of_uploads(tier: Tier, cases: &[Case<'_>]) {
             }
         }
         let expected = uploaded(&gpu, &mut shadows, &all, &settings);
+        // On the native tier as on GPUs: records are read from the buffer that kernels write.
+        shadows.configure(|config| config.tuning.record_form = tier.record_form());
         let host = HostBuffers::new(&gpu, &all);
         let loader = host.loader(&shadows);
         let set = HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(700), used);
         let prepared = on_device(&mut shadows, &[], &[set.least_alpha(0.01)], &settings);
         assert!(submit(&gpu, &prepared) == expected, "{tier}: {used:?} {:?}", settings.receiver);
+        let copied = prepared.memory().0.iter().any(|(name, _)| *name == "loaded_casters");
+        assert_eq!(copied, tier != Tier::Native);
+        shadows.configure(|config| config.tuning.record_form = RecordForm::Textures);
     }
 }
 
@@ -270,7 +277,7 @@ fn many_views_of_many_casters_take_little_memory() {
     let loader = host.loader(&shadows);
     let materials = materials();
     let casters = Casters { materials: &materials, ..Casters::default() };
-    let small = ShadowSettings { size: 128, ..ShadowSettings::default() };
+    let small = ShadowSettings { size: 128, ..SETTINGS() };
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
     // Memory of curves, and of everything but maps and casters [MiB].
     let mut memory = |settings: &ShadowSettings, capacity, count: usize| {
@@ -288,7 +295,7 @@ fn many_views_of_many_casters_take_little_memory() {
         let of = |named: &dyn Fn(&str) -> bool| {
             memory.iter().filter(|(name, _)| named(name)).map(|(_, bytes)| bytes).sum::<u64>() >> 20
         };
-        let maps = ["filters", "nearests", "opaques", "casters", "curves"];
+        let maps = ["filters", "nearests", "opaques", "casters", "loaded_casters", "curves"];
         (of(&|name| name == "curves"), of(&|name| !maps.contains(&name)))
     };
     let [(_, some), (_, many)] = [15, 64].map(|views| memory(&small, 100_000, views));

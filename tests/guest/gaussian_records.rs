@@ -8,11 +8,11 @@ use gobo::{
     Bounds, Gaussian,
     gpu::{Kernel, Resources},
     records::{
-        Caster, GaussianAxes, GaussianLook, GpuMaterial, HostGroup, LoadCounters, LoadParams,
-        MAX_MATERIALS, ROW,
+        CasterRecord, GaussianAxes, GaussianLook, GpuMaterial, HostGroup, LoadCounters, LoadParams,
+        MAX_MATERIALS,
     },
     stage::load,
-    wgpu::{self, BufferUsages},
+    wgpu::BufferUsages,
 };
 
 /// A Gaussian in WGSL's layout of `Gaussian`.
@@ -37,17 +37,18 @@ fn records_and_boxes_are_those_of_an_upload() {
     for (record, material) in records.iter_mut().zip(&materials) {
         *record = GpuMaterial::new(material, &[]);
     }
-    let (first_caster, first_axes) = (100, 1000);
+    let (first_caster, first_axes, first_record) = (100, 1000, 4096);
     let params = LoadParams {
         capacity: 600,
         group_count: 3,
         first_caster,
         first_axes,
+        first_record,
         materials: [[0b10111, 0, 0, 0], [0; 4], [0; 4], [0; 4]],
         ..LoadParams::default()
     };
-    let casters = gpu.texture("casters", [ROW, 2], wgpu::TextureFormat::Rgba32Uint);
-    gpu.write_texture(&casters, &vec![[0xdead_beef_u32; 4]; 2 * ROW as usize]);
+    let written = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+    let casters = gpu.upload("casters", &vec![[0xdead_beef_u32; 8]; 2000], written);
     let groups = gpu.storage::<HostGroup>("groups", 3);
     let counters = gpu.storage::<LoadCounters>("counters", 1);
     let given: Vec<_> = all.iter().map(plain).collect();
@@ -70,7 +71,7 @@ fn records_and_boxes_are_those_of_an_upload() {
     let kernel = Kernel::new(&gpu.device, &load::GAUSSIANS, gpu.tier, &[], &[]).unwrap();
     super::kernels::run(&gpu, &kernel, &resources, 4);
 
-    let texels: Vec<[u32; 4]> = gpu.read_texture(&casters);
+    let found: Vec<[[u32; 4]; 2]> = gpu.read(&casters);
     let groups: Vec<HostGroup> = gpu.read(&groups);
     for (g, members) in all.chunks(256).enumerate() {
         let usable: Vec<_> = members.iter().filter(|g| g.sigma.is_finite()).collect();
@@ -78,16 +79,16 @@ fn records_and_boxes_are_those_of_an_upload() {
         for (i, gaussian) in usable.iter().enumerate() {
             let at = (256 * g + i) as u32;
             let material = &materials[gaussian.material as usize];
-            let record = Caster::of_gaussian(gaussian, material, first_axes + at);
+            let record =
+                CasterRecord::of_gaussian(gaussian, material, first_record + first_axes + at);
             let [place, look] = bytemuck::cast::<_, [[u32; 4]; 2]>(record);
-            let found = |record: u32| [0, 1].map(|i| texels[(2 * (record + at) + i) as usize]);
-            let [found_place, found_look] = found(first_caster);
+            let [found_place, found_look] = found[(first_caster + at) as usize];
             assert_eq!((found_place[..3].to_vec(), found_look), (place[..3].to_vec(), look));
             // The box of a group may be larger.
-            let [radius, found] = [place[3], found_place[3]].map(f32::from_bits);
-            assert!(found >= radius && found <= radius * 1.001, "{found} {radius}");
+            let [radius, loaded] = [place[3], found_place[3]].map(f32::from_bits);
+            assert!(loaded >= radius && loaded <= radius * 1.001, "{loaded} {radius}");
             let axes = bytemuck::cast::<_, [[u32; 4]; 2]>(GaussianAxes::new(gaussian));
-            let own = [0, 1].map(|i| texels[(2 * (first_axes + at) + i) as usize]);
+            let own = found[(first_axes + at) as usize];
             assert_eq!(own[1], axes[1]);
             let turn = |bits: [u32; 4]| Vec4::from_array(bits.map(f32::from_bits));
             assert_eq!(own[0], axes[0], "{} {}", turn(own[0]), turn(axes[0]));

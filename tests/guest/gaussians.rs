@@ -3,10 +3,14 @@ use super::{
     Bits, HostBuffers, ShadowSettings, Vec3, assert_equal, count_buffer, counted, particles,
     shadows, submit, views,
 };
-use crate::common::{TIERS, gpu, scenes::Chance, tiers};
+use crate::common::{
+    TIERS, gpu,
+    scenes::{Chance, nearest_depth},
+    tiers,
+};
 use gobo::{
     CasterCount, CasterLoader, Casters, Error, Gaussian, HostCasters, HostInputs, Material,
-    Particle, Prepared, Receiver, Shadows, Shape, Transfer, Triangle,
+    Particle, Prepared, Shadows, Shape, Transfer, Triangle,
     glam::{Quat, Vec4},
     gpu::{Gpu, Tier},
     host::Input,
@@ -140,11 +144,11 @@ fn on_device(
 }
 
 fn settings() -> ShadowSettings {
-    ShadowSettings::default()
+    nearest_depth()
 }
 
 fn curve() -> ShadowSettings {
-    ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..settings() }
+    ShadowSettings::default()
 }
 
 /// Fixed and indirect counts: none, few, one more than a group, and many.

@@ -1,9 +1,13 @@
 //! Grids in the host's textures and buffers give the same maps as uploads of them.
 use super::{Bits, ShadowSettings, Vec3, Vec4, particles, shadows, submit, views};
-use crate::common::{TIERS, gpu, scenes::Chance, tiers};
+use crate::common::{
+    TIERS, gpu,
+    scenes::{Chance, nearest_depth},
+    tiers,
+};
 use gobo::{
-    Brick, Casters, Error, Grid, HostGrid, HostInputs, Material, Particle, Prepared, Receiver,
-    Shadows, Shape, Transfer,
+    Brick, Casters, Error, Grid, HostGrid, HostInputs, Material, Particle, Prepared, Shadows,
+    Shape, Transfer,
     glam::{Affine3A, IVec3, Quat, UVec3},
     gpu::{Gpu, Tier},
     host::Input,
@@ -148,14 +152,10 @@ fn shade(bits: &Bits) -> usize {
     bits.filters.iter().filter(|texel| texel[1] < 0x3b00).count()
 }
 
-fn curve() -> ShadowSettings {
-    ShadowSettings { receiver: Receiver::Curve, nodes: 8, ..ShadowSettings::default() }
-}
-
 #[test]
 fn maps_of_textures_equal_those_of_uploads() {
-    let nearest = ShadowSettings::default();
-    for (tier, settings) in TIERS.into_iter().zip([[nearest, curve()], [curve(), nearest]]) {
+    let (nearest, curve) = (nearest_depth(), ShadowSettings::default());
+    for (tier, settings) in TIERS.into_iter().zip([[nearest, curve], [curve, nearest]]) {
         let gpu = gpu(tier);
         let mut shadows = shadows(&gpu);
         let own = grid();

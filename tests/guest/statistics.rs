@@ -66,6 +66,29 @@ fn statistics_are_the_counters_of_their_frame() {
     }
 }
 
+/// Settings that state neither receiver nor nodes.
+#[test]
+fn statistics_tell_of_curves_past_their_budget() {
+    let gpu = gpu(TIERS[0]);
+    let mut shadows = shadows(&gpu);
+    let (uploaded, materials) = (particles(100, 4), materials());
+    let casters = Casters { particles: &uploaded, materials: &materials, ..Casters::default() };
+    let mut dropped_of = |settings: &ShadowSettings| {
+        let prepared = shadows.prepare(&casters, &views(), settings).unwrap();
+        submit(&gpu, &prepared);
+        let dropped = told(&mut shadows).nodes_dropped;
+        assert_eq!(u64::from(prepared.maps().nodes) + dropped, 8, "{}", settings.curve_budget);
+        let memory = &prepared.memory().0;
+        let bytes = memory.iter().filter(|(name, _)| *name == "curves").map(|(_, bytes)| bytes);
+        (dropped, bytes.sum::<u64>())
+    };
+    let (none, all) = dropped_of(&ShadowSettings::default());
+    let within = |curve_budget| ShadowSettings { curve_budget, ..ShadowSettings::default() };
+    assert_eq!((none, dropped_of(&within(all)).0), (0, 0));
+    assert_eq!(dropped_of(&within(all - 1)), (4, all / 2));
+    assert_eq!(dropped_of(&within(all / 2 - 1)).0, 8);
+}
+
 /// Passes and dispatches of a frame.
 fn recorded(prepared: &Prepared) -> [usize; 2] {
     let passes = prepared.commands().iter().filter_map(|command| match command {

@@ -1,8 +1,8 @@
 //! Kernels that the host's threads compile before a frame needs them.
 use super::{materials, particles, shadows, submit, views};
-use crate::common::{TIERS, own_gpu};
+use crate::common::{TIERS, own_gpu, scenes::nearest_depth};
 use gobo::{
-    Bounds, Casters, HostInputs, KernelJob, Light, Receiver, ShadowSettings, glam::Vec3, gpu::Gpu,
+    Bounds, Casters, HostInputs, KernelJob, Light, ShadowSettings, glam::Vec3, gpu::Gpu,
     light_views, model::Source,
 };
 
@@ -17,7 +17,7 @@ fn what_threads_have_made_no_frame_makes() {
         let (mut particles, materials) = (particles(3000, 5), materials());
         let casters =
             Casters { particles: &particles, materials: &materials, ..Casters::default() };
-        let (views, settings) = (views(), ShadowSettings::default());
+        let (views, settings) = (views(), nearest_depth());
         let mut warm = shadows(&gpu);
         assert!(warm.is_ready());
         let before = pipelines(&gpu);
@@ -67,7 +67,7 @@ fn what_threads_have_made_no_frame_makes() {
         assert_eq!(submit(&gpu, &warm.prepare(&casters, &views, &settings).unwrap()), of_another);
 
         // Other settings have kernels of their own.
-        let curves = ShadowSettings { receiver: Receiver::Curve, ..settings };
+        let curves = ShadowSettings::default();
         let jobs = warm.pending(&casters, &views, &curves, &HostInputs::new()).unwrap();
         assert!(!jobs.is_empty() && jobs.iter().all(|job| !names.contains(&job.name())));
     }

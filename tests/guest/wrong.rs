@@ -82,6 +82,11 @@ fn sets_that_cannot_be_used_are_named() {
     let counted = CasterCount::Indirect { buffer: &uniform, offset: 0, capacity: 4 };
     assert!(matches!(error(set(counted, &[0])), Error::Kernel(_)));
     assert!(matches!(error(set(CasterCount::Fixed(u32::MAX), &[0])), Error::Limit { .. }));
+    // More records than a storage binding of the core tier.
+    let past = error(set(CasterCount::Fixed((128 << 20) / 32), &[0]));
+    let Error::Limit { limit, have, need, .. } = past else { panic!("{past}") };
+    assert_eq!((limit, have), ("max_storage_buffer_binding_size", 128 << 20));
+    assert_eq!(need, have + 2 * 32 * 1024);
     assert!(gpu.check().is_ok());
 }
 

@@ -1,9 +1,10 @@
 //! Kernels for GPUs and kernels for software adapters give the same bits: on a GPU workgroups sort and bin,
-//! an invocation has one texel, and insertion uses workgroup and private memory; on software adapters
-//! registers hold columns of texels.
+//! an invocation has one texel, records are read from buffers, and insertion uses workgroup and private
+//! memory; on software adapters registers hold columns of texels, and records are read from textures.
 use super::{curve, parts};
 use crate::common::{Tier, gpu, tiers};
 use gobo::{
+    gpu::RecordForm,
     model::Receiver,
     records::ViewMaps,
     stage::{
@@ -19,6 +20,8 @@ fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     let mut renderer = Renderer::on(gpu(tier)).unwrap();
     renderer.configure(|config| {
         config.tuning.columns = columns;
+        config.tuning.loaded = columns;
+        config.tuning.record_form = if columns { RecordForm::Textures } else { tier.record_form() };
         config.tuning.partition = if columns { Partition::Serial } else { Partition::Wide };
         config.tuning.bucket_pairs = if columns { 0 } else { BUCKET_PAIRS };
     });

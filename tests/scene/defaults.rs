@@ -18,6 +18,7 @@ fn what_is_left_out_is_chosen() {
     assert_eq!(scene.lights.len(), 1);
     assert_eq!(scene.lights[0].name, "sun");
     assert_eq!(scene.camera.size, UVec2::new(960, 540));
+    assert_eq!((scene.shadow.receiver, scene.shadow.nodes), (Receiver::Curve, 8));
     assert_in_picture(&scene);
     let tall = [("camera.size", "[50, 400]"), ("camera.fov_y", "20")];
     for set in [&tall[..1], &tall[1..], &tall[..]] {

@@ -17,7 +17,7 @@ fov_y = 60
 size = [96, 54]
 [shadow]
 size = 64
-receiver = "curve"
+receiver = "nearest"
 nodes = 4
 bias = 0.02
 normal_bias = 2
@@ -91,7 +91,7 @@ fn every_key_is_heard() {
     assert_eq!(scene.camera.size, UVec2::new(96, 54));
     assert!((scene.camera.fov_y - 60f32.to_radians()).abs() < 1e-6);
     let shadow = scene.shadow;
-    assert_eq!((shadow.size, shadow.receiver, shadow.nodes), (64, Receiver::Curve, 4));
+    assert_eq!((shadow.size, shadow.receiver, shadow.nodes), (64, Receiver::Nearest, 4));
     assert_eq!((shadow.bias, shadow.normal_bias, shadow.pair_budget), (Some(0.02), 2.0, 1000));
     assert_eq!(shadow.curve_budget, 5_000_000_000);
     assert_eq!(scene.ambient, Vec3::new(0.1, 0.2, 0.3));
@@ -218,7 +218,7 @@ name = "glass"
 "#;
     let set = [
         ("shadow.size", "512"),
-        ("shadow.receiver", "curve"),
+        ("shadow.receiver", "nearest"),
         ("camera.size", "[320, 180]"),
         ("light.key.intensity", "7"),
         ("light.0.size", "256"),
@@ -228,7 +228,7 @@ name = "glass"
         ("shadow.bias", "0.25"),
     ];
     let scene = read_with(file, &set).unwrap();
-    assert_eq!((scene.shadow.size, scene.shadow.receiver), (512, Receiver::Curve));
+    assert_eq!((scene.shadow.size, scene.shadow.receiver), (512, Receiver::Nearest));
     assert_eq!(scene.shadow.bias, Some(0.25), "the last one holds");
     assert_eq!(scene.camera.size, UVec2::new(320, 180));
     assert_eq!((scene.lights[0].intensity, scene.lights[0].size), (7.0, Some(256)));

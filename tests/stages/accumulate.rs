@@ -1,8 +1,8 @@
 //! From pairs to maps and sums, against products of the formulas in 64 bits: each kernel alone, with handmade
 //! inputs and poisoned outputs.
 use super::by_hand::{
-    ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, disc, dispatches, records,
-    run, texel_of, tile_records, view_buffer, walks,
+    ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, casters, disc, dispatches,
+    records, run, texel_of, tile_records, view_buffer, walks,
 };
 use crate::common::{
     TIERS, gpu,
@@ -10,9 +10,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{DVec3, Vec2, Vec3, Vec4},
-    gpu::{Gpu, KernelDesc, Resources, Tier},
+    gpu::{Gpu, KernelDesc, Resource, Resources, Tier},
     model::{Profile, Shape, Transfer},
-    records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TileRect},
+    records::{CasterRecord, Footprint, GpuMaterial, MAX_MATERIALS, TileRect},
     stage::{
         accumulate,
         bin::Segment,
@@ -121,6 +121,7 @@ struct Inputs {
     views: wgpu::Buffer,
     materials: wgpu::Buffer,
     counters: wgpu::Buffer,
+    casters: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
     opaques: wgpu::Texture,
 }
@@ -132,7 +133,7 @@ impl Inputs {
             profile: Profile::Soft,
             ..material(Transfer::Filter)
         };
-        let caster = Caster::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &soft);
+        let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &soft);
         let texels =
             |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
         let pairs: Vec<_> = batch.pairs.iter().map(|&id| [POISON, id]).collect();
@@ -147,10 +148,10 @@ impl Inputs {
                 BufferUsages::UNIFORM,
             ),
             counters: counters(gpu),
+            casters: casters(gpu, &[caster]),
             textures: vec![
                 texels("tiles", tiles),
                 texels("footprints", bytemuck::cast_slice(&batch.footprints)),
-                texels("casters", bytemuck::cast_slice(&[caster])),
                 texels("setups", &[]),
                 texels("triangles", &[]),
                 ("pairs", records(gpu, "pairs", Format::Rg32Uint, &pairs)),
@@ -164,6 +165,7 @@ impl Inputs {
         let named = Resources::new()
             .with("views", &self.views)
             .with("materials", &self.materials)
+            .with("casters", self.casters.clone())
             .with("counters", &self.counters)
             .with("opaques", &self.opaques);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))

@@ -1,8 +1,8 @@
 //! A handmade batch: two views in a poisoned atlas, their tiles and sums, and a kernel's outputs.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3},
-    gpu::{Constant, Gpu, KernelDesc, Resources, Tier},
-    records::{Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
+    gpu::{Constant, Gpu, KernelDesc, RecordForm, Resource, Resources, Tier},
+    records::{CasterRecord, Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
     stage::{
         bin::DispatchEntry,
         features::{Features, Flags},
@@ -92,6 +92,17 @@ pub(super) fn records<const N: usize>(
     all.resize((ROW * texture.height()) as usize, [POISON; N]);
     gpu.write_texture(&texture, &all);
     texture
+}
+
+/// Casters in the form in which the tier's kernels read them.
+pub(super) fn casters(gpu: &Gpu, casters: &[CasterRecord]) -> Resource {
+    match gpu.tier.record_form() {
+        RecordForm::Buffers => (&gpu.upload("casters", casters, BufferUsages::STORAGE)).into(),
+        RecordForm::Textures => {
+            let texels = bytemuck::cast_slice(casters);
+            (&records::<4>(gpu, "casters", Format::Rgba32Uint, texels)).into()
+        }
+    }
 }
 
 /// A soft disc, or an opaque one, of an orthographic view.

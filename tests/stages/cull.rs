@@ -3,7 +3,7 @@ use crate::common::scenes::{Chance, light};
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3, Vec4},
     model::{Bounds, Light, LightKind, Material, Particle, Shape, Triangle, View},
-    records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+    records::{CasterRecord, GpuMaterial, GpuView, TileRect, TriangleRecord},
     shadows::cull::{Frustum, GroupTree, order, widened},
     view::light_views,
 };
@@ -70,7 +70,7 @@ pub(super) const PARAMS: ProjectParams =
 /// Whether the projection finds a texel that the particle may touch.
 fn touches(view: &GpuView, particle: &Particle) -> bool {
     let material = &materials()[particle.material as usize];
-    let (caster, record) = (Caster::new(particle, material), GpuMaterial::new(material, &[]));
+    let (caster, record) = (CasterRecord::new(particle, material), GpuMaterial::new(material, &[]));
     let projected = project_caster(view, 0, (&caster, 0), &record, None, PARAMS);
     projected.rect != TileRect::EMPTY
 }

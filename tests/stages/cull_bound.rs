@@ -4,7 +4,7 @@ use crate::common::scenes::{Chance, triangle};
 use gobo::{
     glam::Vec3,
     model::{Bounds, Particle, Triangle},
-    records::{Caster, GpuMaterial, GpuView, TileRect, TriangleRecord},
+    records::{CasterRecord, GpuMaterial, GpuView, TileRect, TriangleRecord},
     shadows::cull::{CasterReach, PairBound, TileLoadBound},
 };
 use gobo_reference::project::{ProjectParams, project_caster, project_triangle};
@@ -31,7 +31,7 @@ fn counted(rects: impl IntoIterator<Item = TileRect>) -> PairBound {
 
 fn particle_rect(view: &GpuView, particle: &Particle) -> TileRect {
     let material = &materials()[particle.material as usize];
-    let (caster, record) = (Caster::new(particle, material), GpuMaterial::new(material, &[]));
+    let (caster, record) = (CasterRecord::new(particle, material), GpuMaterial::new(material, &[]));
     project_caster(view, 0, (&caster, 0), &record, None, TILES).rect
 }
 

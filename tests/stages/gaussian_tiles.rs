@@ -6,7 +6,7 @@ use crate::common::{
 use gobo::{
     glam::{DMat3, DVec2, DVec3, Mat4, Quat, UVec2, Vec2, Vec3},
     model::{Gaussian, Material, Projection, Shape, TILE_SIZE, View, ViewRole},
-    records::{Caster, GaussianAxes, GpuMaterial, GpuView},
+    records::{CasterRecord, GaussianAxes, GpuMaterial, GpuView},
 };
 use gobo_reference::{gaussian::project_gaussian, project::ProjectParams};
 
@@ -140,7 +140,7 @@ impl Shadow {
 fn listed(view: &GpuView, gaussian: &Gaussian) -> Option<Vec<u64>> {
     let material = Material { shape: Shape::Gaussian, ..Material::default() };
     let params = ProjectParams { scatter: false, include_non_casters: false, by_distance: false };
-    let caster = Caster::of_gaussian(gaussian, &material, 0);
+    let caster = CasterRecord::of_gaussian(gaussian, &material, 0);
     let record = GpuMaterial::new(&material, &[]);
     let axes = GaussianAxes::new(gaussian);
     let (projected, setup) = project_gaussian(view, 0, &caster, &axes, 0, 0, &record, params);

@@ -10,6 +10,7 @@ const ALPHA: f64 = 0.5;
 /// cone.
 const ROOT: &str = "
 import package::hit::capsule::{CapsuleSetup, capsule_way, way_absorbed};
+import package::records::record::CasterRecord;
 import package::records::view::GpuView;
 
 @group(0) @binding(0) var<storage, read_write> absorbed: array<f32>;
@@ -24,7 +25,8 @@ fn absorb(@builtin(workgroup_id) texel: vec3<u32>) {
     view.far = 10.0;
     let along = vec3(0.0, 0.0, 1.0);
     let least = vec2(0.7071 / view.scale);
-    let tip = CapsuleSetup(along, along, 0.3, along, along, vec2(0.1, -0.1 / 0.3), least, vec2(0u));
+    var record: CasterRecord;
+    let tip = CapsuleSetup(along, along, 0.3, along, along, vec2(0.1, -0.1 / 0.3), least, record);
     let way = capsule_way(view, tip, vec2(65.0 + f32(texel.x) * 0.5, 64.0), 1.0);
     absorbed[texel.x] = way_absorbed(way, vec3(log(2.0))).x;
 }";

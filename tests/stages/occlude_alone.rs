@@ -3,8 +3,8 @@
 use super::{
     blockers::{Batch, Blocker, depths},
     by_hand::{
-        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, disc, dispatches, records, run_all, texel_of,
-        tile_records, view_buffer, views, walks,
+        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, casters, disc, dispatches, records, run_all,
+        texel_of, tile_records, view_buffer, views, walks,
     },
 };
 use crate::common::{
@@ -13,9 +13,9 @@ use crate::common::{
 };
 use gobo::{
     glam::{Vec2, Vec3, Vec4},
-    gpu::{Gpu, KernelDesc, Resources, Tier},
+    gpu::{Gpu, KernelDesc, Resource, Resources, Tier},
     model::{Material, Profile, Shape, Transfer},
-    records::{Caster, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect},
+    records::{CasterRecord, Footprint, GpuMaterial, MAX_MATERIALS, TRIANGLE_BIT, TileRect},
     stage::{
         bin::Segment,
         features::{Features, Flags},
@@ -43,6 +43,7 @@ struct Inputs {
     views: wgpu::Buffer,
     materials: wgpu::Buffer,
     small: wgpu::Buffer,
+    casters: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
 }
 
@@ -71,7 +72,7 @@ impl Inputs {
             footprints.push(projected.footprint);
             setups.push(setup);
         }
-        let caster = Caster::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &solid);
+        let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &solid);
         let texels =
             |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
         let pairs: Vec<_> = batch.pairs.iter().map(|&id| [POISON, id]).collect();
@@ -83,10 +84,10 @@ impl Inputs {
                 BufferUsages::UNIFORM,
             ),
             small: gpu.upload("small_depths", &[0_u32], BufferUsages::STORAGE),
+            casters: casters(gpu, &[caster]),
             textures: vec![
                 texels("tiles", tiles),
                 texels("footprints", bytemuck::cast_slice(&footprints)),
-                texels("casters", bytemuck::cast_slice(&[caster])),
                 texels("setups", bytemuck::cast_slice(&setups)),
                 texels("triangles", &[]),
                 ("pairs", records(gpu, "pairs", Format::Rg32Uint, &pairs)),
@@ -99,6 +100,7 @@ impl Inputs {
         let named = Resources::new()
             .with("views", &self.views)
             .with("materials", &self.materials)
+            .with("casters", self.casters.clone())
             .with("small_depths", &self.small);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))
     }

@@ -8,8 +8,9 @@ use gobo::{
     gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{LightKind, Material, Scene, Shape, Transfer},
     records::{
-        CASTER_TEXELS, Caster, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView, MAX_MATERIALS,
-        MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord, TriangleSetup,
+        CASTER_TEXELS, CasterRecord, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView,
+        MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord,
+        TriangleSetup,
     },
     stage::{
         project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
@@ -251,7 +252,7 @@ fn particles_are_projected_as_the_reference_does() {
                 let material = chance.below(scene.materials.len());
                 let mut particle = particle(at, radius(&mut chance), color);
                 (particle.material, particle.id) = (material as u32, id);
-                Caster::new(&particle, &scene.materials[material])
+                CasterRecord::new(&particle, &scene.materials[material])
             })
             .collect();
         let (chunks, footprint_count) = chunks(count, views.len() as u32);

@@ -41,8 +41,9 @@ if [ -e /dev/nvidiactl ] && [ -x bin/rival ]; then
     part cuda 15 rival 10kx6 100kx16 1mx16 1mx6 1mx0.5 1mx16@1
 fi
 for scene in gallery/fur lamps gallery/market volumes; do
-    short=${scene#gallery/}
-    part "$short" 12 gobo bench --kernels --scene "data/$scene.toml" --json "results/$short.json"
+    short=${scene#gallery/} receiver=nearest
+    [ "$short" != fur ] || receiver=curve
+    part "$short" 12 gobo bench --kernels --scene "data/$scene.toml" --set shadow.receiver=$receiver --json "results/$short.json"
 done
 part render 80 sh render.sh data results
 part maps 10 gpu-pack compare expected/maps results/maps results/maps.json

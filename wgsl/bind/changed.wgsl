@@ -3,8 +3,10 @@
 import package::records::batch::{BatchCounters, BinParams, Chunk, ProjectParams};
 import package::records::emitter::GpuEmitted;
 import package::records::host::{HostGroup, LoadCounters};
+import package::records::record::CasterRecord;
 import package::records::tile::Segment;
 
+@group(0) @binding(33) var<storage, read_write> casters: array<CasterRecord>;
 @group(0) @binding(9) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(11) var<storage, read_write> dispatches: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read_write> merged_tiles: array<u32>;

@@ -3,8 +3,10 @@
 import package::records::batch::Chunk;
 import package::records::emitter::GpuEmitted;
 import package::records::host::{Caster, Gaussian, HostGroup};
+import package::records::record::CasterRecord;
 import package::records::tile::Segment;
 
+@group(0) @binding(33) var<storage, read> casters: array<CasterRecord>;
 @group(0) @binding(9) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(10) var<storage, read> counts: array<u32>;
 @group(0) @binding(11) var<storage, read> dispatches: array<vec4<u32>>;

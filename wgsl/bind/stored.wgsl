@@ -1,6 +1,5 @@
 // Storage textures that kernels write. A name has one number in the whole project.
 
-@group(0) @binding(33) var casters: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(36) var colored: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(37) var curves: texture_storage_2d_array<rgba32uint, write>;
 @group(0) @binding(38) var filters: texture_storage_2d_array<rgba16float, write>;

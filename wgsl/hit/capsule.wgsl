@@ -3,10 +3,9 @@
 
 import package::bind::uniform::materials;
 import package::hit::hit::{Hit, MISS, absorption, to_map};
-import package::records::caster::capsule_of;
+import package::records::caster::{capsule_of, caster_color};
 import package::records::footprint::MIN_RADIUS;
-import package::records::pack::unpack_color;
-import package::records::record::OPACITY_SCALE;
+import package::records::record::CasterRecord;
 import package::records::tile::SLACK;
 import package::records::view::{GpuView, MIN_DISTANCE};
 import package::sums::sums::{tau_absorbed, whole_tau};
@@ -24,12 +23,12 @@ struct CapsuleSetup {
     last_plane: vec3<f32>,
     taper: vec2<f32>,   // radius at the first end, and its change along the axis
     least: vec2<f32>, // the same for the least visible radius
-    look: vec2<u32>,   // colour, as in `casters`
+    record: CasterRecord, // of its particle
 }
 
-// `look`: of the capsule's particle in `casters`.
-fn capsule_setup(view: GpuView, look: vec4<u32>) -> CapsuleSetup {
-    let capsule = capsule_of(look.w);
+// `record`: of the capsule's particle.
+fn capsule_setup(view: GpuView, record: CasterRecord) -> CapsuleSetup {
+    let capsule = capsule_of(record.id);
     let first = to_view(view, capsule.first);
     let last = to_view(view, capsule.last);
     let length = max(distance(first, last), MIN_DISTANCE);
@@ -42,7 +41,7 @@ fn capsule_setup(view: GpuView, look: vec4<u32>) -> CapsuleSetup {
         to_map(view, capsule.last_plane),
         vec2(capsule.radii.x, (capsule.radii.y - capsule.radii.x) / length),
         vec2(least.x, (least.y - least.x) / length),
-        look.xy,
+        record,
     );
 }
 
@@ -196,9 +195,7 @@ fn capsule_hit(
         return MISS;
     }
     let material = materials[material_id];
-    let look = capsule.look;
-    let own = vec4(unpack_color(look.xy, material.transfer), unpack2x16float(look.y).y / OPACITY_SCALE);
-    let color = min(own * material.tint, vec4(1.0));
+    let color = min(caster_color(capsule.record, material.transfer) * material.tint, vec4(1.0));
     let tau = whole_tau(absorption(material.transfer, 1.0, color.a, color.rgb));
     let absorbed = way_absorbed(way, tau);
     let opacity = way_absorbed(way, whole_tau(vec3(color.a))).x;

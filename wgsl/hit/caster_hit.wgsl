@@ -19,7 +19,7 @@ import package::hit::texture::sample_texture;
 import package::hit::triangle::triangle_hit;
 import package::records::brick::{brick_of, grid_extinction, grid_of};
 import package::records::caster::{
-    GaussianSetup, caster_look, gaussian_setup, is_capsule, is_gaussian, look_rotation, particle_object,
+    GaussianSetup, gaussian_setup, is_capsule, is_gaussian, particle_object, rotation_of,
 };
 import package::records::footprint::{
     Footprint, caster_of, footprint_color, footprint_thin, opacity_slope, setup_of,
@@ -29,6 +29,7 @@ import package::records::material::{
 };
 import package::records::view::GpuView;
 import package::sums::sums::tau_absorbed;
+import choice::records::caster_record;
 
 // A particle set up for texels.
 struct Faced {
@@ -41,13 +42,13 @@ struct Faced {
 // Material and rotation, as in `casters`.
 fn look_of(footprint: Footprint) -> u32 {
     // A triangle has no record there.
-    return caster_look(select(caster_of(footprint), 0u, footprint.is_triangle)).z;
+    return caster_record(select(caster_of(footprint), 0u, footprint.is_triangle)).material_rotation;
 }
 
 fn plane_of(view: GpuView, footprint: Footprint, look: u32) -> Facing {
     var plane: Facing;
     if HAS_FACING {
-        plane = facing(view, footprint.bounds, look_rotation(look));
+        plane = facing(view, footprint.bounds, rotation_of(look));
     }
     return plane;
 }
@@ -63,7 +64,7 @@ fn gaussian_of(footprint: Footprint) -> GaussianSetup {
 fn capsule_in(view: GpuView, footprint: Footprint) -> CapsuleSetup {
     var setup: CapsuleSetup;
     if HAS_CAPSULES && (only_capsules() || is_capsule(footprint)) {
-        setup = capsule_setup(view, caster_look(caster_of(footprint)));
+        setup = capsule_setup(view, caster_record(caster_of(footprint)));
     }
     return setup;
 }

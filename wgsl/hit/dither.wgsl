@@ -1,10 +1,9 @@
 // Dither patterns: the threshold that a caster's opacity must exceed at a texel to block its light. CPU
 // reference, with the reasons: crates/gobo-reference/src/dither.rs.
 
-import package::bind::sampled::casters;
 import package::hit::hash::pcg;
-import package::records::record::record_texel;
 import package::records::view::GpuView;
+import choice::records::caster_record;
 
 const PATTERN_CHECKERBOARD: u32 = 0u;
 const PATTERN_BAYER2: u32 = 1u;
@@ -103,15 +102,19 @@ fn gradient_noise(cell: vec2<u32>, id: u32) -> u32 {
     return (inner * 52u + (inner >> 16u) * 64417u) >> 16u; // 52.9829189
 }
 
-// Ranks are 16 bits each, eight in a texel of `casters` from `first` on.
+// Ranks are 16 bits each, eight in the last four words of each of the `casters` from `first` on.
 fn blue(first: u32, cell: vec2<u32>, id: u32) -> u32 {
     let offset = (id * 2654435769u) >> 20u;
     let at = turned(cell, pcg(id));
     let x = (at.x + offset) % BLUE_SIZE;
     let y = (at.y + (offset >> 6u)) % BLUE_SIZE;
     let index = y * BLUE_SIZE + x;
-    let eight = textureLoad(casters, record_texel(first + index / 8u), 0);
-    let four = select(eight.xy, eight.zw, (index & 4u) != 0u);
+    let eight = caster_record(first + index / 8u);
+    let four = select(
+        vec2(eight.red_green, eight.blue_alpha),
+        vec2(eight.material_rotation, eight.id),
+        (index & 4u) != 0u,
+    );
     let two = select(four.x, four.y, (index & 2u) != 0u);
     return (((two >> ((index % 2u) * 16u)) & 0xffffu) << 4u) | 8u;
 }

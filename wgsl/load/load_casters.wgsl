@@ -1,7 +1,7 @@
-// Casters of a host. CPU reference: `Caster::new` in src/records/caster.rs. Rust: `Caster::new` in
-// src/records/caster.rs, src/stage/load.rs.
+// Casters of a host. CPU reference: `CasterRecord::new` in src/records/caster.rs. Rust: `CasterRecord::new`
+// in src/records/caster.rs, src/stage/load.rs.
 
-import package::bind::stored::casters;
+import package::bind::changed::casters;
 import package::bind::uniform::{load_params, materials};
 import package::load::group::{
     add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group,
@@ -10,17 +10,13 @@ import package::load::group::{
 import package::records::batch::workgroup_number;
 import package::records::host::{CHUNK_SIZE, Caster};
 import package::records::material::{MAX_GAIN, SHAPE_QUAD, TRANSFER_GAIN};
-import package::records::record::{OPACITY_SCALE, record_texel};
+import package::records::record::{CasterRecord, OPACITY_SCALE};
 import choice::loader::load_caster;
 
 // Packs a host's caster into the record that its upload would make, bit for bit if the device divides as in
 // IEEE 754.
 
 const TURN: f32 = 6.2831853; // [radians]
-
-fn packed_position(caster: Caster) -> vec4<u32> {
-    return vec4(bitcast<vec3<u32>>(caster.center), bitcast<u32>(caster.radius));
-}
 
 // Linear rgb as in wgsl/records/pack.wgsl; divided by 16 for a `gain` material.
 fn packed_color(color: vec3<f32>, material: u32) -> vec3<u32> {
@@ -29,13 +25,15 @@ fn packed_color(color: vec3<f32>, material: u32) -> vec3<u32> {
     return vec3<u32>(floor(0.5 + 65535.0 * sqrt(squared)));
 }
 
-fn packed_look(caster: Caster) -> vec4<u32> {
+fn packed_caster(caster: Caster) -> CasterRecord {
     let levels = packed_color(caster.color.rgb, caster.material);
     let turns = caster.rotation / TURN;
     let part = turns - floor(turns);
     // Halves are rounded up, as in the CPU reference.
     let angle = u32(floor(part * 65536.0 + 0.5)) & 0xffffu;
-    return vec4(
+    return CasterRecord(
+        caster.center,
+        caster.radius,
         levels.r | (levels.g << 16u),
         levels.b | (half_bits(caster.color.a * OPACITY_SCALE) << 16u),
         caster.material | (angle << 16u),
@@ -95,9 +93,7 @@ fn load_casters(
     add_caster(lane, taken, is_left_out, vec4(caster.center, reach), caster.color.a);
     let slot = slot_in_group(lane);
     if taken {
-        let texel = 2u * (load_params.first_caster + group * CHUNK_SIZE + slot.x);
-        textureStore(casters, record_texel(texel), packed_position(caster));
-        textureStore(casters, record_texel(texel + 1u), packed_look(caster));
+        casters[load_params.first_caster + group * CHUNK_SIZE + slot.x] = packed_caster(caster);
     }
     store_group(group, lane, slot.y);
 }

@@ -1,7 +1,7 @@
-// Gaussians of a host. CPU reference: `Caster::of_gaussian` in src/records/gaussian.rs. Rust:
-// `Caster::of_gaussian` and `GaussianAxes` in src/records/gaussian.rs, src/stage/load.rs.
+// Gaussians of a host. CPU reference: `CasterRecord::of_gaussian` in src/records/gaussian.rs. Rust:
+// `CasterRecord::of_gaussian` and `GaussianAxes` in src/records/gaussian.rs, src/stage/load.rs.
 
-import package::bind::stored::casters;
+import package::bind::changed::casters;
 import package::bind::uniform::{gaussian_looks, load_params, materials};
 import package::load::group::{
     add_caster, caster_count, is_color, is_finite, is_of_set, is_position, is_within, slot_in_group,
@@ -13,7 +13,7 @@ import package::records::batch::workgroup_number;
 import package::records::caster::MEDIUM_BIT;
 import package::records::host::{CHUNK_SIZE, Gaussian, MAX_COORDINATE};
 import package::records::material::{MAX_GAIN, TRANSFER_GAIN};
-import package::records::record::{OPACITY_SCALE, record_texel};
+import package::records::record::{CasterRecord, OPACITY_SCALE};
 import choice::loader::load_gaussian;
 
 // Packs a host's Gaussian into the records that its upload would make: bit for bit, but for the radius where
@@ -40,11 +40,14 @@ fn gaussian_radius(gaussian: Gaussian, opacity: f32) -> f32 {
     return longest * sqrt(reach_squared(opacity)) * RADIUS_SLACK;
 }
 
-fn packed_gaussian(gaussian: Gaussian, axes: u32) -> vec4<u32> {
+// `axes`: record of its axes.
+fn packed_gaussian(gaussian: Gaussian, radius: f32, axes: u32) -> CasterRecord {
     let look = gaussian_looks[gaussian.material];
     let levels = packed_color(gaussian.color, gaussian.material);
     let scale = select(OPACITY_SCALE, look.density, is_medium(gaussian));
-    return vec4(
+    return CasterRecord(
+        gaussian.center,
+        radius,
         levels.r | (levels.g << 16u),
         levels.b | (half_bits(gaussian.opacity * scale) << 16u),
         gaussian.material | look.marks,
@@ -52,16 +55,13 @@ fn packed_gaussian(gaussian: Gaussian, axes: u32) -> vec4<u32> {
     );
 }
 
-struct PackedAxes {
-    rotation: vec4<u32>,
-    sigma: vec4<u32>, // and the id
-}
-
-fn packed_axes(gaussian: Gaussian) -> PackedAxes {
+// As a particle's record.
+fn packed_axes(gaussian: Gaussian) -> CasterRecord {
     let squared = dot(gaussian.rotation, gaussian.rotation);
     let step = select(1.0, 1.5 - 0.5 * squared, abs(squared - 1.0) > UNIT_ROUNDING);
     let unit = gaussian.rotation * step;
-    return PackedAxes(bitcast<vec4<u32>>(unit), vec4(bitcast<vec3<u32>>(gaussian.sigma), gaussian.id));
+    let sigma = bitcast<vec3<u32>>(gaussian.sigma);
+    return CasterRecord(unit.xyz, unit.w, sigma.x, sigma.y, sigma.z, gaussian.id);
 }
 
 const NOT_UNIT: f32 = 2e-4; // largest error of a unit quaternion's squared length
@@ -114,13 +114,9 @@ fn load_gaussians(
     if taken {
         let loaded = group * CHUNK_SIZE + slot.x;
         let axes = load_params.first_axes + loaded;
-        let texel = 2u * (load_params.first_caster + loaded);
-        let center = vec4(bitcast<vec3<u32>>(gaussian.center), bitcast<u32>(radius));
-        textureStore(casters, record_texel(texel), center);
-        textureStore(casters, record_texel(texel + 1u), packed_gaussian(gaussian, axes));
-        let packed = packed_axes(gaussian);
-        textureStore(casters, record_texel(2u * axes), packed.rotation);
-        textureStore(casters, record_texel(2u * axes + 1u), packed.sigma);
+        let own = packed_gaussian(gaussian, radius, load_params.first_record + axes);
+        casters[load_params.first_caster + loaded] = own;
+        casters[axes] = packed_axes(gaussian);
     }
     store_group(group, lane, slot.y);
 }

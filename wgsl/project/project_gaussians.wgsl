@@ -3,7 +3,6 @@
 // src/stage/project.rs.
 
 import package::bind::read::chunks;
-import package::bind::sampled::casters;
 import package::bind::stored::{footprints, setups};
 import package::bind::uniform::{materials, project_params, views};
 import package::features::PARALLEL;
@@ -13,13 +12,15 @@ import package::project::conic::{
 import package::project::extent::put;
 import package::records::batch::workgroup_number;
 import package::records::caster::{
-    GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL, look_material,
+    GAUSSIAN_MARK, GAUSSIAN_TEXELS, MEDIUM_BIT, NEUTRAL_BIT, OUTLINE_TEXEL, caster_color, gaussian_axes,
+    material_of,
 };
 import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
 import package::records::outline::{Outline, is_outlined, outlined_tiles};
-import package::records::pack::{pack_color, unpack_color};
+import package::records::pack::pack_color;
 import package::records::record::{OPACITY_SCALE, record_texel};
 import package::records::tile::{INVISIBLE, box_rect, depth_key, distance_key};
+import choice::records::caster_record;
 
 override WORKGROUP_SIZE: u32;
 
@@ -61,25 +62,23 @@ fn project_gaussians(
     let caster_id = chunk.first_caster + lane;
     let index = chunk.first_footprint + lane;
     let view = views[chunk.view];
-    let position = textureLoad(casters, record_texel(2u * caster_id), 0);
-    let look = textureLoad(casters, record_texel(2u * caster_id + 1u), 0);
-    let material = materials[look_material(look)];
+    let record = caster_record(caster_id);
+    let material = materials[material_of(record)];
     if material.shape != SHAPE_GAUSSIAN {
         return; // of the host's casters
     }
-    let rotation = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * look.w), 0));
-    let sigma = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * look.w + 1u), 0)).xyz;
+    let unprojected = gaussian_axes(record.id);
+    let sigma = unprojected.sigma;
 
     let to_map = vec3(1.0, -1.0, -1.0);
-    let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(position.xyz), 1.0)).xyz * to_map;
-    let rotation_axes = axes_of(rotation);
+    let center = (view.view_from_world * vec4(record.center, 1.0)).xyz * to_map;
+    let rotation_axes = axes_of(unprojected.rotation);
     var axes: mat3x3<f32>; // its deviations to the right, down and along the axis [m]
     for (var i = 0; i < 3; i += 1) {
         axes[i] = (view.view_from_world * vec4(rotation_axes[i] * sigma[i], 0.0)).xyz * to_map;
     }
-    let own = vec4(unpack_color(look.xy, material.transfer), unpack2x16float(look.y).y / OPACITY_SCALE);
-    let color = own * material.tint;
-    let is_medium = (look.z & MEDIUM_BIT) != 0u;
+    let color = caster_color(record, material.transfer) * material.tint;
+    let is_medium = (record.material_rotation & MEDIUM_BIT) != 0u;
     let longest = max(max(sigma.x, sigma.y), sigma.z);
     var amplitude = color.a * select(1.0, OPACITY_SCALE * ROOT_TAU, is_medium);
     let squared = reach_squared(amplitude * select(1.0, longest, is_medium));
@@ -122,7 +121,7 @@ fn project_gaussians(
     let front = depth_key(select(nearest, least, by_distance));
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
-    let rgb = select(color.rgb, vec3(0.0), in_shadows & ((look.z & NEUTRAL_BIT) != 0u));
+    let rgb = select(color.rgb, vec3(0.0), in_shadows & ((record.material_rotation & NEUTRAL_BIT) != 0u));
     amplitude *= select(placed.thin, 1.0, is_medium);
     let color_bits = pack_color(rgb, material.transfer);
     let blue_thin = color_bits.y | (pack2x16float(vec2(0.0, placed.thin * OPACITY_SCALE)) & 0xffff0000u);

@@ -2,7 +2,6 @@
 // workgroup takes a chunk. CPU reference: crates/gobo-reference/src/project.rs. Rust: src/stage/project.rs.
 
 import package::bind::read::chunks;
-import package::bind::sampled::casters;
 import package::bind::stored::footprints;
 import package::bind::uniform::{materials, project_params, views};
 import package::features::{HAS_BRICKS, HAS_CAPSULES};
@@ -10,16 +9,17 @@ import package::hit::capsule::capsule_setup;
 import package::project::extent::{brick_extent, capsule_extent, capsule_tiles, put, tangents};
 import package::records::batch::workgroup_number;
 import package::records::brick::brick_of;
-import package::records::caster::{CAPSULE_MARK, look_material};
+import package::records::caster::{CAPSULE_MARK, caster_color, material_of};
 import package::records::footprint::MIN_RADIUS;
 import package::records::material::{
     GpuMaterial, SHAPE_BRICK, SHAPE_CAPSULE, SHAPE_GAUSSIAN, SHAPE_PUFF, SHAPE_QUAD, TRANSFER_NONE,
     TRANSFER_OPAQUE,
 };
-import package::records::pack::{pack_color, unpack_color};
-import package::records::record::{OPACITY_SCALE, record_texel};
+import package::records::pack::pack_color;
+import package::records::record::{CasterRecord, OPACITY_SCALE, record_texel};
 import package::records::tile::{INVISIBLE, SLACK, box_rect, depth_key, distance_key, tile_rect};
 import package::records::view::{GpuView, MIN_DISTANCE};
+import choice::records::caster_record;
 
 override WORKGROUP_SIZE: u32;
 
@@ -42,10 +42,10 @@ fn front_key(view: GpuView, nearest: f32, least: f32) -> u32 {
 }
 
 // A segment of a strand. `number`: of the view in its batch.
-fn project_capsule(view: GpuView, number: u32, look: vec4<u32>, index: u32, caster_id: u32) {
-    let material = materials[look_material(look)];
-    let extent = capsule_extent(view, capsule_setup(view, look));
-    let alpha = unpack2x16float(look.y).y * material.tint.a;
+fn project_capsule(view: GpuView, number: u32, record: CasterRecord, index: u32, caster_id: u32) {
+    let material = materials[material_of(record)];
+    let extent = capsule_extent(view, capsule_setup(view, record));
+    let alpha = unpack2x16float(record.blue_alpha).y * material.tint.a;
     // Written so that a NaN is invisible.
     if is_unseen(material) || !(alpha > 0.0 && extent.farthest >= 0.0 && extent.nearest <= 1.0) {
         put(index, INVISIBLE, vec2(0u));
@@ -80,19 +80,18 @@ fn project_particles(
     let index = chunk.first_footprint + lane;
     let caster_id = chunk.first_caster + lane;
     let view = views[chunk.view];
-    let sphere = textureLoad(casters, record_texel(2u * caster_id), 0);
-    let look = textureLoad(casters, record_texel(2u * caster_id + 1u), 0);
-    let material = materials[look_material(look)];
+    let record = caster_record(caster_id);
+    let material = materials[material_of(record)];
     if material.shape == SHAPE_GAUSSIAN {
         return; // of the host's casters
     }
     if HAS_CAPSULES && material.shape == SHAPE_CAPSULE {
-        project_capsule(view, chunk.view, look, index, caster_id);
+        project_capsule(view, chunk.view, record, index, caster_id);
         return;
     }
-    let caster_radius = bitcast<f32>(sphere.w);
+    let caster_radius = record.radius;
 
-    let center = (view.view_from_world * vec4(bitcast<vec3<f32>>(sphere.xyz), 1.0)).xyz;
+    let center = (view.view_from_world * vec4(record.center, 1.0)).xyz;
     let distance = -center.z;
     let range = view.far - view.near;
     let half_size = view.size * 0.5;
@@ -150,7 +149,7 @@ fn project_particles(
     // The nearest point of a plane that faces the light is its centre.
     var least = length(center) - select(0.0, depth_reach, is_round);
     if is_brick {
-        let extent = brick_extent(view, brick_of(look.w), center);
+        let extent = brick_extent(view, brick_of(record.id), center);
         // Otherwise the bounding sphere's box holds.
         if view.perspective == 0.0 || extent.nearest > BRICK_NEAR * extent.farthest {
             lo = extent.lo;
@@ -171,8 +170,7 @@ fn project_particles(
     let front = front_key(view, nearest, least);
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
 
-    let own = vec4(unpack_color(look.xy, material.transfer), unpack2x16float(look.y).y / OPACITY_SCALE);
-    let color = own * material.tint;
+    let color = caster_color(record, material.transfer) * material.tint;
     let thin = 1.0 / (grow * grow);
     let slope_a = (1.0 - material.reflectivity) * color.a * thin;
     let color_bits = pack_color(color.rgb, material.transfer);

@@ -1,40 +1,56 @@
-// Casters as uploaded: records of `casters`. Rust: `Caster` in src/records/caster.rs,
+// Casters as uploaded: records of `casters`, all of one size. Rust: src/records/caster.rs,
 // src/records/gaussian.rs, src/records/capsule.rs.
 
-import package::bind::sampled::{casters, setups};
+import package::bind::sampled::setups;
 import package::features::{HAS_CAPSULES, HAS_GAUSSIANS, HAS_TRIANGLES};
 import package::records::footprint::{Footprint, caster_of, setup_of, setup_texel};
-import package::records::record::record_texel;
+import package::records::pack::unpack_color;
+import package::records::record::{CasterRecord, OPACITY_SCALE, record_texel};
+import choice::records::caster_record;
 
-// A particle as uploaded: two texels of `casters`.
-
-const CASTER_TEXELS: u32 = 2u;
-
-// Colour, material and rotation, and id of the object.
-fn caster_look(caster: u32) -> vec4<u32> {
-    return textureLoad(casters, record_texel(CASTER_TEXELS * caster + 1u), 0);
+// Linear rgba, before the material's tint. `transfer`: of its material.
+fn caster_color(record: CasterRecord, transfer: u32) -> vec4<f32> {
+    let color = unpack_color(vec2(record.red_green, record.blue_alpha), transfer);
+    return vec4(color, unpack2x16float(record.blue_alpha).y / OPACITY_SCALE);
 }
 
-// Rotation about the ray [radians]; `look`: the word with the material.
-fn look_rotation(look: u32) -> f32 {
-    return f32(look >> 16u) * (6.2831853 / 65536.0);
+// Rotation about the ray [radians].
+fn rotation_of(material_rotation: u32) -> f32 {
+    return f32(material_rotation >> 16u) * (6.2831853 / 65536.0);
 }
 
-fn look_material(look: vec4<u32>) -> u32 {
-    return look.z & 0xffffu;
+fn material_of(record: CasterRecord) -> u32 {
+    return record.material_rotation & 0xffffu;
 }
 
 fn caster_rotation(caster: u32) -> f32 {
-    return look_rotation(caster_look(caster).z);
+    return rotation_of(caster_record(caster).material_rotation);
 }
 
 // Id of the particle's object.
 fn particle_object(caster: u32) -> u32 {
-    return caster_look(caster).w;
+    return caster_record(caster).id;
 }
 
 // Gaussians as uploaded, behind the particles in `casters`, and projected to one view, at the start of
 // `setups`.
+
+// The record that the id of a Gaussian's own states.
+struct GaussianAxes {
+    rotation: vec4<f32>, // unit quaternion x, y, z, w: from its own space to the world
+    sigma: vec3<f32>,    // standard deviations [m]
+    id: u32,
+}
+
+fn gaussian_axes(index: u32) -> GaussianAxes {
+    let record = caster_record(index);
+    return GaussianAxes(vec4(record.center, record.radius), second_vector(record), record.id);
+}
+
+// The words of a particle's colour, material and rotation, in records that have a vector there.
+fn second_vector(record: CasterRecord) -> vec3<f32> {
+    return bitcast<vec3<f32>>(vec3(record.red_green, record.blue_alpha, record.material_rotation));
+}
 
 const GAUSSIAN_TEXELS: u32 = 3u;
 const OUTLINE_TEXEL: u32 = 2u; // of a setup: the outline for `bin`
@@ -84,14 +100,17 @@ fn is_capsule(footprint: Footprint) -> bool {
     return (footprint.look.z & 0xffffu) == CAPSULE_MARK;
 }
 
-// `record`: of the capsule, stated by its particle's id.
-fn capsule_of(record: u32) -> Capsule {
-    let at = CASTER_TEXELS * record;
-    let first = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at), 0));
-    let first_plane = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 1u), 0));
-    let last = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 2u), 0));
-    let last_plane = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at + 3u), 0));
-    return Capsule(first.xyz, last.xyz, vec2(first.w, last.w), first_plane.xyz, last_plane.xyz);
+// `index`: of the first of the capsule's two records, stated by its particle's id.
+fn capsule_of(index: u32) -> Capsule {
+    let first = caster_record(index);
+    let last = caster_record(index + 1u);
+    return Capsule(
+        first.center,
+        last.center,
+        vec2(first.radius, last.radius),
+        second_vector(first),
+        second_vector(last),
+    );
 }
 
 // Id of the object that a footprint belongs to.

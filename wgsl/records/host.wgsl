@@ -35,14 +35,14 @@ struct LoadParams {
     count_index: u32,
     group_count: u32,   // of the set
     first_group: u32,
-    first_caster: u32,  // record of the first group's first caster
+    first_caster: u32,  // of the first group, in the buffer of records
     quad_reach: f32,    // reach of a quad in its group's box [radii]
     may_be_none: u32,   // 1: a caster without a radius is no caster, and is not counted
     materials: array<vec4<u32>, 4>, // bits: materials that the set may use
-    first_axes: u32,    // record of the axes of the first group's first Gaussian
+    first_axes: u32,    // axes of the first group's first Gaussian, in the buffer of records
+    first_record: u32,  // of the buffer, among all records
     pad_0: u32,
     pad_1: u32,
-    pad_2: u32,
 }
 
 // A run of casters of a set: one workgroup of `load`.

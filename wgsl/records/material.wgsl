@@ -15,7 +15,7 @@ struct GpuMaterial {
     roughness: f32,
     pattern: u32,
     pattern_scale: u32, // [texels of a cell]
-    blue_first: u32,    // first texel of the blue noise in `casters`
+    blue_first: u32,    // first record of the blue noise in `casters`
     absorption: vec3<f32>, // coefficient inside a closed mesh [1/m]
     receives: u32,
     emissive_size: vec2<f32>, // of the emissive texture [texels]

@@ -1,5 +1,15 @@
-// Records in textures: element i starts at linear texel i * (texels of an element). Rust:
+// Records, and their places in textures: element i starts at linear texel i * (texels of an element). Rust:
 // src/records/mod.rs.
+
+// A caster as uploaded. Rust: src/records/caster.rs.
+struct CasterRecord {
+    center: vec3<f32>, // world space [m]
+    radius: f32,       // [m]
+    red_green: u32,    // as in wgsl/records/pack.wgsl
+    blue_alpha: u32,   // alpha: f16
+    material_rotation: u32, // rotation in the high half [turns / 65536]
+    id: u32,
+}
 
 const ROW: u32 = 4096u; // texels
 

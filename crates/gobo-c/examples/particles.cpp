@@ -29,7 +29,6 @@ target = [0, 0.5, 0]
 size = [480, 300]
 [shadow]
 size = 256
-receiver = "curve"
 [[light]]
 name = "warm"
 kind = "spot"

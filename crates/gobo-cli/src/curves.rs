@@ -25,24 +25,32 @@ const STEPS: usize = 16;
 const RUN: usize = 1 << 12;
 const RUNS: usize = 16;
 
-/// Warns of nodes that did not fit the budget of the curves.
-pub(super) fn warn_of_nodes(shadow: &ShadowSettings, dropped: u64) {
+/// Warning of nodes that do not fit the budget of the curves, if there are any. `dropped`: their number.
+pub fn nodes_warning(shadow: &ShadowSettings, dropped: u64) -> Option<String> {
     const REMEDY: &str = "use a smaller size, fewer lights or a larger curve_budget of [shadow]";
     let asked = u64::from(shadow.curve_nodes());
-    if dropped >= asked.max(1) {
-        tracing::warn!("receivers read nearest depths: curves do not fit; {REMEDY}");
-    } else if dropped > 0 {
-        tracing::warn!(
-            "curves have {} nodes instead of {asked}: more do not fit; {REMEDY}",
-            asked - dropped
-        );
+    if dropped == 0 {
+        None
+    } else if dropped >= asked {
+        Some(format!("receivers read nearest depths: curves do not fit; {REMEDY}"))
+    } else {
+        let fitting = asked - dropped;
+        Some(format!("curves have {fitting} nodes instead of {asked}: more do not fit; {REMEDY}"))
     }
 }
 
 /// The same before maps are made that no counter tells of.
+pub fn nodes_warning_before(scene: &Scene) -> Option<String> {
+    let shadow = &scene.shadow;
+    let fitting = shadow.within_curve_budget(&shadow_views(scene));
+    nodes_warning(shadow, u64::from(shadow.curve_nodes() - fitting.curve_nodes()))
+}
+
+/// Prints [`nodes_warning_before`].
 pub(super) fn warn_before(scene: &Scene) {
-    let fitting = scene.shadow.within_curve_budget(&shadow_views(scene));
-    warn_of_nodes(&scene.shadow, u64::from(scene.shadow.curve_nodes() - fitting.curve_nodes()));
+    if let Some(warning) = nodes_warning_before(scene) {
+        tracing::warn!("{warning}");
+    }
 }
 
 /// Reason why curves are not written.

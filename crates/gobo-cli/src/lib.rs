@@ -47,6 +47,7 @@ use arguments::{Arguments, Command};
 #[doc(hidden)]
 pub use bench::bench_discs;
 use clap::Parser as _;
+pub use curves::{nodes_warning, nodes_warning_before};
 use failure::Failure;
 pub use memory::Needs;
 use std::{ffi::OsString, io::IsTerminal as _};

@@ -80,11 +80,11 @@ impl Needs {
     }
 
     fn of_maps(&self, scene: &Scene) -> u64 {
-        let shadow = &scene.shadow;
+        let (views, _) = picture_views(scene, &AtlasLimits::CORE);
+        let shadow = &scene.shadow.within_curve_budget(&views);
         let nodes = u64::from(shadow.curve_nodes());
         // F, D and Z of a texel, its channels and nodes.
         let texel = 20 + 12 * u64::from(shadow.colored) + 8 * nodes;
-        let (views, _) = picture_views(scene, &AtlasLimits::CORE);
         let texels = views.iter().map(|view| u64::from(view.size.x) * u64::from(view.size.y));
         let (all, most) =
             texels.fold((0, 0), |(sum, most), texels| (sum + texels, texels.max(most)));

@@ -347,7 +347,9 @@ impl Job<'_> {
                  smaller size for some lights, or a larger texel_budget of [shadow]"
             );
         }
-        curves::warn_of_nodes(&self.scene.shadow, nodes_dropped);
+        if let Some(warning) = curves::nodes_warning(&self.scene.shadow, nodes_dropped) {
+            tracing::warn!("{warning}");
+        }
         if unmasked > 0 {
             tracing::warn!(
                 "{unmasked} lights are shaded without a mask: all are taken; raise the limit of [mask], or \

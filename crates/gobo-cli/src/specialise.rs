@@ -1,7 +1,10 @@
 //! Overrides that stay open: names of SPIR-V's specialisation constants, which naga does not write.
-use gobo::stage::{
-    bin::WIDE_DISC_SEGMENT, buckets::BUCKET_PAIRS, features::Features, sort::Partition,
-    tuning::Tuning,
+use gobo::{
+    gpu::RecordForm,
+    stage::{
+        bin::WIDE_DISC_SEGMENT, buckets::BUCKET_PAIRS, features::Features, sort::Partition,
+        tuning::Tuning,
+    },
 };
 use std::collections::{BTreeMap, HashMap};
 
@@ -20,6 +23,7 @@ pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
         wide: true,
         queued: false,
         interleaved: false,
+        record_form: RecordForm::Buffers,
         loaded: false,
     };
     let flags = Features::NONE.constants().into_iter().chain(tuning.constants());

@@ -1,7 +1,7 @@
 //! Layouts of the structs in kernels' bindings, for `frame.json`.
 use gobo::{
     gpu::Kernel,
-    records::{Caster, Field, GpuLayout, TriangleRecord},
+    records::{CasterRecord, Field, GpuLayout, TriangleRecord},
 };
 use naga::{Module, TypeInner};
 use serde_json::{Map, Value, json};
@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 pub(super) fn structs<'a>(kernels: impl Iterator<Item = &'a Kernel>) -> Map<String, Value> {
     let mut found = BTreeMap::new();
     kernels.filter_map(Kernel::module).for_each(|module| add_structs(module, &mut found));
-    found.insert(Caster::NAME.to_owned(), host_struct::<Caster>());
+    found.insert(CasterRecord::NAME.to_owned(), host_struct::<CasterRecord>());
     found.insert(TriangleRecord::NAME.to_owned(), host_struct::<TriangleRecord>());
     found.into_iter().collect()
 }

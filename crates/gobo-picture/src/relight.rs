@@ -13,7 +13,7 @@ use gobo::{
 use gobo_reference::shading::{Lighting, incoming};
 use std::f32::consts::FRAC_1_PI;
 
-/// Nodes of the curves, if the scene has none.
+/// Fewest nodes of the curves.
 const NODES: u32 = 16;
 
 /// Reach of the spline filter around a point whose splats are looked up \[texels\].
@@ -27,9 +27,7 @@ const MOST_POINTS: usize = 1 << 22;
 /// not find itself.
 pub fn set_to_relight(scene: &mut Scene) {
     let shadow = &mut scene.shadow;
-    if shadow.receiver != Receiver::Curve {
-        (shadow.receiver, shadow.nodes) = (Receiver::Curve, NODES);
-    }
+    (shadow.receiver, shadow.nodes) = (Receiver::Curve, shadow.nodes.max(NODES));
     (shadow.blur, shadow.filter) = (0, ShadowFilter::Spline);
     for light in &mut scene.lights {
         light.look_up.filter = None;

@@ -24,7 +24,7 @@ def particles(folder: Path) -> None:
     rng = np.random.default_rng(1)
     positions, along = knot(200_000, rng)
     hues = 0.5 + 0.45 * np.cos(along[:, None] + [0, 2.1, 4.2])
-    scene = gobo.Scene(shadow={"size": 1024, "receiver": "curve"})
+    scene = gobo.Scene(shadow={"size": 1024})
     scene.add_particles(positions, radius=0.03, color=hues, opacity=0.06)
     scene.add_shape("plane", {**WHITE, "casts": False}, scale=(300, 1, 300))
     scene.add_light("directional", direction=(-0.75, -1, -0.1), intensity=3, source={"kind": "sun", "angle": 1})
@@ -80,7 +80,7 @@ def drawn(means: np.ndarray, colors: np.ndarray, camera: gobo.Camera) -> np.ndar
 
 def splats(folder: Path) -> None:
     given = ball(30_000, np.random.default_rng(2))
-    scene = gobo.Scene(shadow={"size": 1024, "receiver": "curve", "nodes": 16}, environment={"ambient": [0.1, 0.1, 0.12]})
+    scene = gobo.Scene(shadow={"size": 1024, "nodes": 16}, environment={"ambient": [0.1, 0.1, 0.12]})
     cloud = scene.add_gaussians(**given)
     for i, tint in enumerate(([0.9, 0.15, 0.1, 1], [0.95, 0.75, 0.1, 1], [0.1, 0.35, 0.9, 1])):
         corners = np.array([[1.4, 0.1, 0], [1.4, 2.8, 0], [1.4, 2.8, 0.6], [1.4, 0.1, 0.6]]) + [0, 0, 0.6 * i - 0.9]
@@ -94,7 +94,7 @@ def splats(folder: Path) -> None:
 
 
 def closed_form(folder: Path) -> None:
-    scene = gobo.Scene(shadow={"size": 64, "receiver": "curve", "nodes": 16})
+    scene = gobo.Scene(shadow={"size": 64, "nodes": 16})
     scene.add_light("directional", direction=(0, -1, 0))
     # Three discs, and a block of smoke between them.
     heights, opacities = np.array([0.5, 3.0, 3.5]), np.array([0.4, 0.3, 0.25])

@@ -79,36 +79,36 @@ impl Scene {
         Ok((all.into_iter().map(named).collect::<PyResult<_>>()?, warnings))
     }
 
-    /// Share of each light that reaches points; their positions are less the origin.
+    /// Share of each light that reaches points, and a warning; their positions are less the origin.
     fn light<'py>(
         &self,
         py: Python<'py>,
         points: PyReadonlyArray2<'py, f32>,
         normals: Option<PyReadonlyArray2<'py, f32>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> PyResult<(Bound<'py, PyAny>, Option<String>)> {
         let raised = |fault: Fault| fault.raised(py);
         let positions = rows::<f32, 3>(&points, "points").map_err(raised)?;
         let normals = normals.as_ref().map(|normals| rows::<f32, 3>(normals, "normals"));
         let normals = normals.transpose().map_err(raised)?;
         let points = py.detach(|| work::receivers(positions, normals)).map_err(raised)?;
         let count = points.len();
-        let (shares, lights) = self.job(py, move |state, renderer, stop| {
-            let shares = work::light(state, renderer, &points, stop)?;
-            Ok((shares, state.scene.lights.len()))
+        let (shares, warning, lights) = self.job(py, move |state, renderer, stop| {
+            let (shares, warning) = work::light(state, renderer, &points, stop)?;
+            Ok((shares, warning, state.scene.lights.len()))
         })?;
-        array(py, shares, &[count, lights, 3])
+        Ok((array(py, shares, &[count, lights, 3])?, warning))
     }
 
-    /// Share of the light that reaches the splats `start..end`.
+    /// Share of the light that reaches the splats `start..end`, and a warning.
     fn relight<'py>(
         &self,
         py: Python<'py>,
         start: usize,
         end: usize,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let shares =
+    ) -> PyResult<(Bound<'py, PyAny>, Option<String>)> {
+        let (shares, warning) =
             self.job(py, move |state, renderer, _| work::relight(state, renderer, start..end))?;
         let count = shares.len();
-        array(py, shares.into_flattened(), &[count, 3])
+        Ok((array(py, shares.into_flattened(), &[count, 3])?, warning))
     }
 }

@@ -10,7 +10,7 @@ use gobo::{
     glam::Vec3,
     model::{Counters, ReceiverPoint},
 };
-use gobo_cli::Needs;
+use gobo_cli::{Needs, nodes_warning, nodes_warning_before};
 use gobo_picture::{Picture, Receivers, RenderOptions, Renderer, Watch, set_to_relight};
 use gobo_scene::Scene;
 use std::ops::Range;
@@ -38,21 +38,15 @@ fn check(needs: Needs, renderer: &Renderer, state: &State) -> Result<(), Fault> 
     needs.missing(&state.scene).map_or(Ok(()), |bytes| Err(Fault::Memory(bytes)))
 }
 
-/// Warnings from the counters.
-fn warnings(counters: &Counters) -> Vec<String> {
-    let mut all = Vec::new();
+/// Warnings from the counters of a frame.
+fn warnings(scene: &Scene, counters: &Counters) -> Vec<String> {
     let Counters { shrunk, nodes_dropped, unmasked_lights, .. } = *counters;
+    let mut all = Vec::from_iter(nodes_warning(&scene.shadow, nodes_dropped));
     if shrunk > 0 {
         all.push(format!(
             "{shrunk} shadow maps are smaller than they should be: the atlas is full; use a smaller \
              size for some \
              lights, or a larger texel_budget of shadow"
-        ));
-    }
-    if nodes_dropped > 0 {
-        all.push(format!(
-            "curves have {nodes_dropped} nodes fewer than they should have: they do not fit; use smaller maps or fewer lights, or \
-             a larger curve_budget of shadow"
         ));
     }
     if unmasked_lights > 0 {
@@ -84,7 +78,7 @@ pub(crate) fn render(
         } else {
             renderer.render(&state.scene, &options)?
         };
-        Ok((frame.picture, warnings(&frame.counters)))
+        Ok((frame.picture, warnings(&state.scene, &frame.counters)))
     })
 }
 
@@ -110,17 +104,17 @@ pub(crate) fn maps(
         let frame = renderer.render(&state.scene, &options)?;
         let light = &state.scene.lights[index];
         let maps = frame.maps.into_iter().map(|maps| Maps::new(maps, light));
-        Ok((maps.collect::<Result<_, _>>()?, warnings(&frame.counters)))
+        Ok((maps.collect::<Result<_, _>>()?, warnings(&state.scene, &frame.counters)))
     })
 }
 
-/// Share of each light that reaches points, as a flat list.
+/// Share of each light that reaches points, as a flat list, and a warning.
 pub(crate) fn light(
     state: &State,
     renderer: &mut Renderer,
     points: &[ReceiverPoint],
     stop: &Stop,
-) -> Result<Vec<f32>, Fault> {
+) -> Result<(Vec<f32>, Option<String>), Fault> {
     let (count, lights) = (points.len(), state.scene.lights.len());
     check(Needs { points: count as u64, ..Needs::default() }, renderer, state)?;
     let mut shares = Vec::new();
@@ -136,20 +130,20 @@ pub(crate) fn light(
             shares.extend(look_up.shares(some)?);
         }
     }
-    Ok(shares.into_flattened())
+    Ok((shares.into_flattened(), nodes_warning_before(&state.scene)))
 }
 
-/// Share of the light that reaches splats.
+/// Share of the light that reaches splats, and a warning.
 pub(crate) fn relight(
     state: &mut State,
     renderer: &mut Renderer,
     range: Range<usize>,
-) -> Result<Vec<[f32; 3]>, Fault> {
+) -> Result<(Vec<[f32; 3]>, Option<String>), Fault> {
     let (shadow, lights) = (state.scene.shadow, state.scene.lights.clone());
     set_to_relight(&mut state.scene);
-    let shares = shares(state, renderer, range);
+    let (shares, warning) = (shares(state, renderer, range), nodes_warning_before(&state.scene));
     (state.scene.shadow, state.scene.lights) = (shadow, lights);
-    shares
+    Ok((shares?, warning))
 }
 
 fn shares(

@@ -153,6 +153,22 @@ def test_curves_where_asked(down):
             down.maps(curve=nodes)
 
 
+def test_curves_by_default_within_their_budget():
+    """8 nodes of 8 bytes a texel; a smaller budget is reported."""
+    scene = gobo.Scene(shadow={"size": 64})
+    scene.add_light("directional", direction=(0, -1, 0))
+    scene.add_particles([[0, 1, 0], [0, 2, 0]], 1.0, (0, 0, 0), 0.5)
+    assert scene.maps()["curve"].shape == (64, 64, 8, 5)
+    for nodes, message in ((4, "4 nodes instead of 8"), (0, "read nearest depths")):
+        budget = 64 * 64 * 8 * (2 * nodes or 4) - 1
+        scene.configure(shadow={"size": 64, "detail": False, "curve_budget": budget})
+        for ask in (scene.maps, lambda: scene.light([[0, 0, 0]]), lambda: scene.render(size=(16, 16))):
+            with pytest.warns(gobo.GoboWarning, match=message):
+                ask()
+        with pytest.warns(gobo.GoboWarning, match=message):
+            assert scene.maps().get("curve", np.empty((64, 64, 0, 5))).shape == (64, 64, nodes, 5)
+
+
 def test_a_texel_is_where_its_matrix_says(down):
     """The hole of a plate is at the texel that clip_from_world projects it to."""
     vertices, faces = pane(1.0, 0.1)

@@ -47,13 +47,13 @@ pub(super) fn mean_over_points(
     if !views.iter().any(has_area) {
         return evaluate(&LightPoints::centers(scene, views, maps));
     }
+    let records = SceneRecords::new(scene.casters(), &scene.shadow.within_curve_budget(views));
     let (views, maps): (Vec<_>, Vec<_>) =
         views.iter().cloned().zip(maps).filter(|(view, _)| !is_of_viewpoint(view, scene)).unzip();
     let mut moved = scene.clone();
     moved.lights.iter_mut().for_each(|light| light.viewpoints = 1);
     let centers = LightPoints { lights: moved.lights.clone(), views, maps };
     let (views, lights) = (&centers.views, &centers.lights);
-    let records = SceneRecords::new(scene.casters(), &scene.shadow);
     let mut sum = Vec::new();
     for i in 0..POINTS {
         let lights = (0..).zip(lights);

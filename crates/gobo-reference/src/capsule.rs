@@ -16,7 +16,8 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 use gobo::{
     model::{TILE_SIZE, Transfer, mitre},
     records::{
-        CAPSULE_MARK, CapsuleRecord, Caster, Footprint, GpuMaterial, GpuView, MIN_RADIUS, TileRect,
+        CAPSULE_MARK, CapsuleRecord, CasterRecord, Footprint, GpuMaterial, GpuView, MIN_RADIUS,
+        TileRect,
     },
 };
 
@@ -270,7 +271,7 @@ pub fn capsule_hit(
 pub fn project_capsule(
     view: &GpuView,
     view_index: u32,
-    (caster, caster_id): (&Caster, u32),
+    (caster, caster_id): (&CasterRecord, u32),
     record: &CapsuleRecord,
     material: &GpuMaterial,
     params: ProjectParams,

@@ -19,7 +19,7 @@ use glam::{Vec2, Vec3, Vec4};
 use gobo::{
     model::{MAX_GAIN, Material, Pattern, Shape, Transfer},
     records::{
-        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, Caster, Footprint, GaussianAxes,
+        BACK_BIT, BrickRecord, Bricks, CapsuleRecord, CasterRecord, Footprint, GaussianAxes,
         GaussianSetup, GpuView, ImageDetail, LATTICE_EDGE, MEDIUM_BIT, TRIANGLE_BIT, TriangleSetup,
     },
 };
@@ -34,7 +34,7 @@ pub struct Records<'a> {
     /// The view.
     pub view: &'a GpuView,
     /// Particles, then Gaussians.
-    pub casters: &'a [Caster],
+    pub casters: &'a [CasterRecord],
     /// Bricks of all grids.
     pub bricks: &'a Bricks,
     /// Capsules of all strands.

@@ -13,7 +13,7 @@ use glam::{Vec2, Vec3};
 use gobo::{
     model::{Transfer, reach_squared},
     records::{
-        Caster, Footprint, GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView,
+        CasterRecord, Footprint, GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView,
         MEDIUM_BIT, NEUTRAL_BIT, OPACITY_SCALE, TileRect,
     },
 };
@@ -66,7 +66,7 @@ fn to_map(v: Vec3) -> Vec3 {
 pub fn project_gaussian(
     view: &GpuView,
     view_index: u32,
-    caster: &Caster,
+    caster: &CasterRecord,
     axes: &GaussianAxes,
     caster_id: u32,
     number: u32,

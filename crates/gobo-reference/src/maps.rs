@@ -29,9 +29,9 @@ use gobo::{
         Transfer, View, absorptions, dither::window,
     },
     records::{
-        BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Capsules, Caster, CurveMap, DEPTH_BITS, Footprint,
-        GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE, NO_OWNER,
-        ORDERED_SEGMENT, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
+        BRICK_SEGMENT, Bricks, CURVE_SEGMENT, Capsules, CasterRecord, CurveMap, DEPTH_BITS,
+        Footprint, GAUSSIAN_MARK, GaussianAxes, GaussianSetup, GpuMaterial, GpuView, INVISIBLE,
+        NO_OWNER, ORDERED_SEGMENT, TileRect, TriangleRecord, TriangleSetup, ViewMaps,
     },
 };
 
@@ -52,7 +52,7 @@ pub(super) struct SceneRecords<'a> {
     pub absorptions: Vec<Vec3>,
     pub images: Vec<Image<'a>>,
     /// Particles, then Gaussians.
-    pub casters: Vec<Caster>,
+    pub casters: Vec<CasterRecord>,
     pub axes: Vec<GaussianAxes>,
     pub bricks: Bricks,
     pub capsules: Capsules,
@@ -128,10 +128,10 @@ impl<'a> SceneRecords<'a> {
                 || scene.triangles.iter().any(|triangle| used(triangle.material))
         };
         let caster = |particle: &gobo::model::Particle| {
-            Caster::new(particle, &materials[particle.material as usize])
+            CasterRecord::new(particle, &materials[particle.material as usize])
         };
         let of_gaussian = |(gaussian, axes): (&Gaussian, u32)| {
-            Caster::of_gaussian(gaussian, &materials[gaussian.material as usize], axes)
+            CasterRecord::of_gaussian(gaussian, &materials[gaussian.material as usize], axes)
         };
         let has_volumes = scene.triangles.iter().any(|triangle| {
             let material = &materials[triangle.material as usize];
@@ -286,7 +286,7 @@ impl<'a> SceneRecords<'a> {
 
     /// Whether footprint `i` belongs to a caster that filters light.
     fn filters(&self, i: usize) -> bool {
-        let particle = self.casters.get(i).map(Caster::material);
+        let particle = self.casters.get(i).map(CasterRecord::material);
         let material = particle.unwrap_or_else(|| self.triangles[i - self.casters.len()].material);
         Class::FILTERING.contains(&Class::of(&self.materials[material as usize]))
     }
@@ -297,7 +297,7 @@ impl<'a> SceneRecords<'a> {
         let chunks = each(self.casters.len().div_ceil(CHUNK), |chunk| {
             let first = chunk * CHUNK;
             let casters = &self.casters[first..(first + CHUNK).min(self.casters.len())];
-            let project = |(i, caster): (usize, &Caster)| {
+            let project = |(i, caster): (usize, &CasterRecord)| {
                 let material = &self.gpu_materials[caster.material() as usize];
                 let id = (first + i) as u32;
                 let Some(number) = (first + i).checked_sub(first_gaussian) else {

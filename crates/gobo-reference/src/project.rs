@@ -4,8 +4,8 @@ use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 use gobo::{
     model::{Shape, Transfer},
     records::{
-        BACK_BIT, Caster, Footprint, GpuMaterial, GpuView, INVISIBLE, MIN_RADIUS, TRIANGLE_BIT,
-        TileRect, TriangleRecord, TriangleSetup, octahedral,
+        BACK_BIT, CasterRecord, Footprint, GpuMaterial, GpuView, INVISIBLE, MIN_RADIUS,
+        TRIANGLE_BIT, TileRect, TriangleRecord, TriangleSetup, octahedral,
     },
 };
 
@@ -89,7 +89,7 @@ pub fn depth_key(depth: f32) -> u32 {
 pub fn project_caster(
     view: &GpuView,
     view_index: u32,
-    (caster, caster_id): (&Caster, u32),
+    (caster, caster_id): (&CasterRecord, u32),
     material: &GpuMaterial,
     half_edges: Option<[Vec3; 3]>,
     params: ProjectParams,

@@ -21,9 +21,6 @@ pub fn usual_camera(scene: &Scene, size: UVec2) -> Camera {
     framed(usual, scene, false)
 }
 
-/// Settings of a file that is rendered on its own: casters are tinted by those nearer to the light.
-pub(super) const ALONE: &str = "[shadow]\nreceiver = \"curve\"\n";
-
 /// Material of a particle file that is rendered on its own.
 pub(super) const PARTICLE_MATERIAL: &str = r#"
 [[material]]

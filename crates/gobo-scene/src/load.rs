@@ -181,7 +181,7 @@ fn load_all(
     let is_named = || VolumeFile::extensions().any(|own| own == extension);
     let is_volume = is_known || splats.is_none() && is_named();
     let tables = match is_volume {
-        true => [defaults::ALONE, defaults::VOLUME].concat(),
+        true => defaults::VOLUME.to_owned(),
         false => tables_of(path, &extension, splats)?,
     };
     let contents = Contents { extension: &extension, splats, is_volume, tables };
@@ -299,15 +299,13 @@ fn tables_of(
     splats: Option<SplatKind>,
 ) -> Result<String, SceneError> {
     Ok(match extension {
-        _ if splats == Some(SplatKind::SogLevels) => [defaults::ALONE, defaults::SPLATS].concat(),
-        _ if splats.is_some() => defaults::ALONE.to_owned(),
-        _ if points::kind_of_file(path).is_some() => {
-            [defaults::ALONE, defaults::POINTS_MATERIAL].concat()
-        }
+        _ if splats == Some(SplatKind::SogLevels) => defaults::SPLATS.to_owned(),
+        _ if splats.is_some() => String::new(),
+        _ if points::kind_of_file(path).is_some() => defaults::POINTS_MATERIAL.to_owned(),
         "toml" => scene_text(path)?,
-        "glb" | "gltf" => defaults::ALONE.to_owned(),
-        _ if models::kind_of_file(path).is_some() => defaults::ALONE.to_owned(),
-        "ply" | "csv" => [defaults::ALONE, defaults::PARTICLE_MATERIAL].concat(),
+        "glb" | "gltf" => String::new(),
+        _ if models::kind_of_file(path).is_some() => String::new(),
+        "ply" | "csv" => defaults::PARTICLE_MATERIAL.to_owned(),
         _ => return Err(formats::unknown(path)),
     })
 }

@@ -9,7 +9,7 @@ mod maps;
 
 use crate::{Knobs, Show, ShowError, picture, stained_glass};
 use files::Dropped;
-use gobo::{Receiver, Scene, ShadowSettings, Shadows, Tier, wgpu};
+use gobo::{Scene, ShadowSettings, Shadows, Tier, wgpu};
 use gobo_scene::{LoadOptions, SceneError, load_as};
 use std::sync::{Arc, Mutex, PoisonError};
 use wasm_bindgen::prelude::*;
@@ -69,7 +69,7 @@ impl Gobo {
         let instance = wgpu::Instance::default();
         let (adapter, has_subgroups) = adapter::adapter(&instance, most == Tier::Subgroups).await?;
         let tier = if has_subgroups { Tier::Subgroups } else { Tier::Core };
-        let settings = ShadowSettings { receiver: Receiver::Curve, ..ShadowSettings::default() };
+        let settings = ShadowSettings::default();
         // The device's limits are the adapter's, for large scenes.
         let allowed = adapter.limits();
         let limits = settings.limits(tier, LARGEST_MAP);

@@ -25,7 +25,7 @@ use bevy::{
         view::ExtractedView,
     },
 };
-use gobo::{Bounds, Receiver, ShadowSettings, model::MaskSettings};
+use gobo::{Bounds, ShadowSettings, model::MaskSettings};
 
 /// Adds coloured shadows of the directional light to meshes of [`GoboMaterial`], in the picture of the camera
 /// with [`ColoredShadows`].
@@ -41,14 +41,12 @@ pub struct GoboPlugin {
 
 impl Default for GoboPlugin {
     fn default() -> Self {
-        let shadow = ShadowSettings {
-            size: 1024,
-            receiver: Receiver::Curve,
-            nodes: 8,
-            ..ShadowSettings::default()
-        };
         let mask = MaskSettings { half: false, ..MaskSettings::default() };
-        Self { shadow, mask, bounds: [[-10.0, -1.0, -10.0], [10.0, 6.0, 10.0]] }
+        Self {
+            shadow: ShadowSettings::default(),
+            mask,
+            bounds: [[-10.0, -1.0, -10.0], [10.0, 6.0, 10.0]],
+        }
     }
 }
 

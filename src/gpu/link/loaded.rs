@@ -17,10 +17,11 @@ impl Library {
         let text = declared.iter().map(|item| item.text).collect::<Vec<_>>().join("\n");
         let Ok(source) = parse_str(&text) else { return };
         let is_stored = |it: &Binding| matches!(it.kind, BindingKind::StorageTexture { .. });
+        let is_sampled = |it: &Binding| matches!(it.kind, BindingKind::Texture { .. });
         let stored = bindings.iter().filter(|it| is_stored(it)).count();
         let mut textures = Vec::new();
         for storage in declared.iter().filter_map(Binding::declared).filter(is_stored) {
-            let sampled = bindings.iter_mut().find(|it| it.name == storage.name && !is_stored(it));
+            let sampled = bindings.iter_mut().find(|it| it.name == storage.name && is_sampled(it));
             let bound = [&source, module].map(|it| variable(it, storage.name));
             if let (Some(binding), [Some(from), Some(to)]) = (sampled, bound)
                 && stored + textures.len() < most as usize

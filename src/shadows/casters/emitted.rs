@@ -38,9 +38,9 @@ pub(super) fn placed(slots: &[EmittedSlots], first: u32) -> (Vec<Emitted>, u32) 
 }
 
 impl CasterSet {
-    /// First record of each emitter.
-    pub(in crate::shadows) fn emitted_records(&self) -> impl Iterator<Item = u32> + '_ {
-        self.emitted.iter().map(|emitter| emitter.first_record)
+    /// Records of each emitter.
+    pub(in crate::shadows) fn emitted_records(&self) -> impl Iterator<Item = Range<u32>> + '_ {
+        self.emitted.iter().map(Emitted::records)
     }
 
     /// Takes over the particles that `load` has found, emitter by emitter.

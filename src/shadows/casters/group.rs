@@ -3,7 +3,7 @@ use super::TriangleExtent;
 use crate::shadows::cull::{CasterReach, TileLoadBound};
 use crate::{
     model::{Bounds, Class, Material, Shape, Triangle},
-    records::{Caster, DIAGONAL, GpuView},
+    records::{CasterRecord, DIAGONAL, GpuView},
 };
 use glam::Vec3;
 use std::ops::Range;
@@ -100,7 +100,7 @@ impl Extent {
 #[derive(Clone, Copy)]
 pub(in crate::shadows) struct Members<'a> {
     /// Particles in upload order.
-    pub casters: &'a [Caster],
+    pub casters: &'a [CasterRecord],
     pub triangles: &'a [Triangle],
     /// Indices of the triangles in upload order.
     pub order: &'a [u32],

@@ -33,6 +33,8 @@ pub(crate) struct HostSets {
     /// Copies of grids' voxels to bricks, before the sets are loaded.
     packs: Vec<Dispatch>,
     sets: Vec<HostSet>,
+    /// Copy of the records to where kernels read them.
+    copy: Commands,
     /// Boxes of all groups, which only the device knows.
     pub groups: Buffer,
     /// [`LoadCounters`].
@@ -285,8 +287,9 @@ impl HostSets {
             padded.resize(MAX_MATERIALS, GaussianLook::default());
             allocator.filled("gaussian_looks", &padded, BufferUsages::UNIFORM)
         });
+        let (written, first_record) = set.casters.written();
         let resources = Resources::new()
-            .with("casters", &set.casters)
+            .with_any("casters", written)
             .with("materials", &set.materials)
             .with("host_counts", &no_counts)
             .with("host_groups", &groups)
@@ -296,7 +299,13 @@ impl HostSets {
         let mut bind = |given: &Given<'_>| {
             let of_set = given.params();
             let place = first_caster + first_group * CHUNK_SIZE;
-            let values = LoadParams { first_group, first_caster: place, first_axes, ..of_set };
+            let values = LoadParams {
+                first_group,
+                first_caster: place - first_record,
+                first_axes: first_axes - first_record,
+                first_record,
+                ..of_set
+            };
             let params = allocator.uniform("load_params", &values);
             first_group += values.group_count;
             if given.kinds.gaussians {
@@ -307,9 +316,11 @@ impl HostSets {
             Ok::<_, Error>(given.bound(load))
         };
         let sets = all.map(&mut bind).collect::<Result<_, _>>()?;
+        let mut copy = Commands::new();
+        set.casters.copy(&mut copy, "gobo load", &(first_caster..first_axes));
         let spans = spans(&by_list);
         let packs = bricks.into_iter().map(|bricks| bricks.pack).collect();
-        Ok(Some(Arc::new(Self { packs, sets, groups, counters, first_caster, spans, looks })))
+        Ok(Some(Arc::new(Self { packs, sets, copy, groups, counters, first_caster, spans, looks })))
     }
 
     /// The loading: makes records and boxes from the contents that the host's buffers have when the frame
@@ -319,6 +330,7 @@ impl HostSets {
         commands.clear("gobo load", &self.counters);
         let loads = self.sets.iter().map(|set| &set.load);
         commands.pass("gobo load", self.packs.iter().chain(loads).cloned());
+        commands.append(self.copy.clone());
         commands
     }
 

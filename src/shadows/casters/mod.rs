@@ -1,5 +1,6 @@
 //! A scene's casters on the GPU: uploaded once, read by every view.
 mod bricks;
+mod caster_records;
 mod check;
 mod emitted;
 mod extent;
@@ -32,12 +33,13 @@ use crate::shadows::{
 use crate::{
     error::Error,
     frame::Kernels,
-    gpu::{Allocator, Memory, Resources},
+    gpu::{Allocator, Memory, RecordForm, Resources},
     model::{CLASSES, Casters, Class, Grid, Material, absorptions, by_class, dither::window},
     records::{Bricks, Capsules, GpuView, TriangleRecord},
     stage::features::{Features, Flags},
 };
 use bricks::UploadedBricks;
+use caster_records::{CasterRecords, first_written};
 use emitted::Emitted;
 use features::{add_host_features, asks_for_owners, features_of};
 use glam::UVec2;
@@ -75,7 +77,7 @@ impl Span {
 #[derive(Debug)]
 pub struct CasterSet {
     /// Records of particles, Gaussians, bricks and capsules.
-    pub casters: wgpu::Texture,
+    pub(super) casters: CasterRecords,
     /// Records of triangles.
     pub triangles: wgpu::Texture,
     /// All textures, one per layer.
@@ -112,7 +114,7 @@ impl CasterSet {
     /// Resources of the set that kernels read.
     pub fn resources(&self) -> Resources {
         Resources::new()
-            .with("casters", &self.casters)
+            .with("casters", self.casters.read())
             .with("triangles", &self.triangles)
             .with("images", &self.images)
             .with("materials", &self.materials)
@@ -128,18 +130,19 @@ impl CasterSet {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         casters: &Casters<'_>,
+        form: RecordForm,
     ) -> Result<Self, Error> {
-        Self::reserving(device, queue, casters, &HostInputs::new(), &[])
+        Self::reserving((device, queue), casters, &HostInputs::new(), &[], form)
     }
 
     /// A set with records reserved for casters of the host, including bricks of its grids (`host_grids`),
     /// which [`Self::set_host_casters`] fills in, and for emitters, which [`Self::place_emitted`] fills in.
     pub(super) fn reserving(
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
         casters: &Casters<'_>,
         inputs: &HostInputs<'_>,
         host_grids: &[Grid],
+        form: RecordForm,
     ) -> Result<Self, Error> {
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(device, &mut memory);
@@ -159,7 +162,7 @@ impl CasterSet {
             .par_iter()
             .map(|&i| TriangleRecord::new(&triangles[i as usize]))
             .collect();
-        let host_first = records.len() as u32;
+        let host_first = first_written(form, records.len() as u32);
         let host_records = host_first..host_first.saturating_add(record_count(inputs));
         let (emitted, end) = emitted::placed(inputs.emitted, host_records.end);
         let members = Members { casters: &records, triangles, order: &triangle_order, materials };
@@ -169,7 +172,7 @@ impl CasterSet {
         let groups = Groups::new(members, &by_kind, &triangle_ranges, &of_emitters);
         let absorptions = absorptions(materials, triangles);
         Ok(Self {
-            casters: upload(&mut allocator, queue, "casters", &records, end - host_first)?,
+            casters: CasterRecords::new(&mut allocator, queue, form, &records, &(host_first..end))?,
             triangles: upload(&mut allocator, queue, "triangles", &triangle_records, 0)?,
             images: upload_images(&mut allocator, queue, textures, inputs.image_levels)?,
             materials: allocator.filled(
@@ -206,11 +209,13 @@ impl CasterSet {
         })
     }
 
-    /// Whether the reserved records suffice for [`Self::set_host_casters`] with these sets.
-    pub(super) fn suffices(&self, inputs: &HostInputs<'_>) -> bool {
+    /// Whether it has this form, and the reserved records suffice for [`Self::set_host_casters`] with these
+    /// sets.
+    pub(super) fn suffices(&self, inputs: &HostInputs<'_>, form: RecordForm) -> bool {
         let size = UVec2::new(self.images.width(), self.images.height());
         let levels = if inputs.image_levels { image_level_count(size) } else { 1 };
-        record_count(inputs) as usize <= self.host_records.len()
+        self.casters.form() == form
+            && record_count(inputs) as usize <= self.host_records.len()
             && self.images.mip_level_count() >= levels
             && self.emitted.iter().map(|emitter| &emitter.slots).eq(inputs.emitted)
     }

@@ -2,7 +2,7 @@
 use super::groups::sort_by_place;
 use crate::{
     model::{CLASSES, Casters, Class, Gaussian, Material, Particle, Pattern, Transfer, by_class},
-    records::{CAPSULE_RECORDS, CASTER_TEXELS, Capsules, Caster, GaussianAxes, blue_ranks},
+    records::{CAPSULE_RECORDS, Capsules, CasterRecord, GaussianAxes, blue_ranks},
 };
 use rayon::prelude::*;
 use std::ops::Range;
@@ -67,7 +67,7 @@ fn particles_in(order: &[u32], particle_count: usize) -> usize {
 }
 
 /// A Gaussian's axes, in a record as long as a particle's.
-fn axes_record(gaussian: &Gaussian) -> Caster {
+fn axes_record(gaussian: &Gaussian) -> CasterRecord {
     bytemuck::cast(GaussianAxes::new(gaussian))
 }
 
@@ -94,21 +94,27 @@ impl<'a> RecordSources<'a> {
         sources
     }
 
-    /// Ranks of the blue noise, as records behind the particles, because every dithering kernel binds that
-    /// texture already.
-    fn ranks(&self) -> &'static [Caster] {
-        if self.is_blue { bytemuck::cast_slice(blue_ranks()) } else { &[] }
+    /// Ranks of the blue noise, as records behind the particles, because every dithering kernel binds them
+    /// already: eight in the last four words of each, which are no floats, and so keep all bits.
+    fn ranks(&self) -> Vec<CasterRecord> {
+        let record = |eight: &[u16]| {
+            let half: [u32; 4] = bytemuck::pod_read_unaligned(bytemuck::cast_slice(eight));
+            bytemuck::cast([[0; 4], half])
+        };
+        let ranks = if self.is_blue { blue_ranks() } else { &[] };
+        ranks.chunks_exact(8).map(record).collect()
     }
 
-    /// First texel of the blue noise's ranks.
+    /// First record of the blue noise's ranks.
     pub(super) fn blue_first(&self) -> u32 {
-        (self.particles.len() + self.gaussians.len()) as u32 * CASTER_TEXELS
+        (self.particles.len() + self.gaussians.len()) as u32
     }
 
     /// All records of an upload in this order.
-    pub(super) fn all(&self, order: &[u32]) -> Vec<Caster> {
-        let mut records: Vec<Caster> = order.par_iter().map(|&index| self.record(index)).collect();
-        records.extend_from_slice(self.ranks());
+    pub(super) fn all(&self, order: &[u32]) -> Vec<CasterRecord> {
+        let mut records: Vec<CasterRecord> =
+            order.par_iter().map(|&index| self.record(index)).collect();
+        records.extend(self.ranks());
         records.extend(self.all_behind());
         records
     }
@@ -136,7 +142,7 @@ impl<'a> RecordSources<'a> {
     }
 
     /// All records behind the ranks of the blue noise.
-    pub(super) fn all_behind(&self) -> impl Iterator<Item = Caster> + '_ {
+    pub(super) fn all_behind(&self) -> impl Iterator<Item = CasterRecord> + '_ {
         let axes = self.gaussians.iter().map(axes_record);
         axes.chain(self.capsules.as_casters().iter().copied())
     }
@@ -152,17 +158,17 @@ impl<'a> RecordSources<'a> {
         )
     }
 
-    pub(super) fn record(&self, index: u32) -> Caster {
+    pub(super) fn record(&self, index: u32) -> CasterRecord {
         let material = &self.materials[self.material(index) as usize];
         self.gaussian(index).map_or_else(
             || {
-                let caster = Caster::new(&self.particles[index as usize], material);
+                let caster = CasterRecord::new(&self.particles[index as usize], material);
                 let record = self.capsule(index).map(|capsule| self.capsule_record(capsule));
-                Caster { id: record.unwrap_or(caster.id), ..caster }
+                CasterRecord { id: record.unwrap_or(caster.id), ..caster }
             },
             |gaussian| {
                 let axes = self.axes_first + gaussian;
-                Caster::of_gaussian(&self.gaussians[gaussian as usize], material, axes)
+                CasterRecord::of_gaussian(&self.gaussians[gaussian as usize], material, axes)
             },
         )
     }

@@ -175,7 +175,7 @@ impl CasterSet {
         if new_behind.contains(&true) {
             new_particles.push(sources.axes_first..uploaded.casters.len() as u32);
         }
-        upload_parts(queue, &self.casters, &uploaded.casters, &new_particles);
+        self.casters.update(queue, &uploaded.casters, &new_particles);
         upload_parts(queue, &self.triangles, &uploaded.triangles, &new_triangles);
         (new_particles.is_empty() && new_triangles.is_empty()) || groups.refit()
     }

@@ -38,7 +38,7 @@ const fn texels<T>() -> u32 {
 }
 
 /// Size of a row of a record texture \[bytes\].
-const ROW_BYTES: usize = ROW as usize * 16;
+pub(super) const ROW_BYTES: usize = ROW as usize * 16;
 
 /// Uploads the rows that contain the records of `parts`, which are sorted.
 pub(super) fn upload_parts<T: bytemuck::Pod>(

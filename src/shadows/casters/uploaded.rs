@@ -1,7 +1,7 @@
 //! Copy of the uploaded data.
 use crate::{
     model::{Material, Texture},
-    records::{Caster, TriangleRecord},
+    records::{CasterRecord, TriangleRecord},
 };
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
@@ -13,7 +13,7 @@ pub(super) struct Uploaded {
     pub particle_order: Vec<u32>,
     pub triangle_order: Vec<u32>,
     /// Particles and Gaussians, then the ranks of the blue noise, the Gaussians' axes and the capsules.
-    pub casters: Vec<Caster>,
+    pub casters: Vec<CasterRecord>,
     pub triangles: Vec<TriangleRecord>,
     pub materials: Vec<Material>,
     /// Hashes of the textures.

@@ -2,7 +2,7 @@
 use super::{arguments::BenchArguments, clock::Times};
 use crate::{failure::Failure, files, output};
 use gobo::{
-    Camera, Light, LightKind, Material, ShadowSettings, Transfer, Triangle,
+    Camera, Light, LightKind, Material, Receiver, ShadowSettings, Transfer, Triangle,
     glam::{UVec2, Vec2, Vec3},
     model::{MaskSettings, ShadowFilter},
 };
@@ -122,7 +122,12 @@ fn scene(
             fov_y: 0.8,
             size,
         },
-        shadow: ShadowSettings { size: 512, filter, ..ShadowSettings::default() },
+        shadow: ShadowSettings {
+            size: 512,
+            filter,
+            receiver: Receiver::Nearest,
+            ..ShadowSettings::default()
+        },
         materials: vec![Material { transfer: Transfer::Opaque, ..Material::default() }],
         mask,
         ..Scene::default()

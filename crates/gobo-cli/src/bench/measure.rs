@@ -121,13 +121,17 @@ const GEOMETRY_TRIES: usize = 4;
 impl Bench {
     pub(super) fn new(gpu: Gpu, arguments: &BenchArguments) -> Self {
         // The measured settings are those that were asked for.
-        let mut settings = ShadowSettings { curve_budget: u64::MAX, ..ShadowSettings::default() };
+        let mut settings = ShadowSettings {
+            receiver: match arguments.receiver {
+                ReceiverName::Nearest => Receiver::Nearest,
+                ReceiverName::Curve => Receiver::Curve,
+            },
+            nodes: arguments.nodes,
+            curve_budget: u64::MAX,
+            ..ShadowSettings::default()
+        };
         if let Some(pairs) = arguments.pair_budget {
             settings.pair_budget = pairs;
-        }
-        if arguments.receiver == ReceiverName::Curve {
-            settings.receiver = Receiver::Curve;
-            settings.nodes = arguments.nodes;
         }
         let (runs, kernels) = (arguments.runs, arguments.kernels);
         let config = Config::new(gpu.tier, &gpu.adapter);

@@ -47,7 +47,7 @@ const CATCHERS: Choice = Choice::new("catcher", "shade/composite_kept.wgsl");
 pub const SEEN: KernelDesc = KernelDesc {
     with: &[IN_ORDER, SEEN_STATE, WALK, PAIRS, LANE_CASTER],
     constants: &[FILTERS_IMAGES],
-    tiers: Tier::BY_SUBGROUPS,
+    tiers: Tier::ALL,
     ..kernel("shade_seen", "shade/shade_seen.wgsl")
 };
 
@@ -55,7 +55,7 @@ pub const SEEN: KernelDesc = KernelDesc {
 pub const LAYERS: KernelDesc = KernelDesc {
     with: &[IN_ORDER, LAYER_STATE, WALK, PAIRS, LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
-    tiers: Tier::BY_SUBGROUPS,
+    tiers: Tier::ALL,
     ..kernel("shade_layers", "shade/shade_layers.wgsl")
 };
 
@@ -65,8 +65,11 @@ pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelD
 }
 
 /// Points of opaque surfaces.
-pub const SURFACES: KernelDesc =
-    KernelDesc { with: &[NO_CATCHERS], ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl") };
+pub const SURFACES: KernelDesc = KernelDesc {
+    with: &[NO_CATCHERS],
+    tiers: Tier::BY_RECORDS,
+    ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl")
+};
 /// [`SURFACES`], some of which show the surroundings behind them.
 pub const CATCHING_SURFACES: KernelDesc =
     KernelDesc { name: "shade_catching_surfaces", with: &[CATCHERS], ..SURFACES };
@@ -111,7 +114,10 @@ pub const PANES: KernelDesc = KernelDesc {
 /// One invocation per tile of a band.
 pub const LAYERED: KernelDesc = of_points(kernel("shade_layered", "shade/layer.wgsl"));
 /// Points of particles and Gaussians.
-pub const CASTERS: KernelDesc = of_points(kernel("shade_casters", "shade/shade_casters.wgsl"));
+pub const CASTERS: KernelDesc = KernelDesc {
+    tiers: Tier::BY_RECORDS,
+    ..of_points(kernel("shade_casters", "shade/shade_casters.wgsl"))
+};
 /// Points of the lattices in bricks of voxels.
 pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_casters.wgsl"));
 

@@ -2,13 +2,13 @@
 // crates/gobo-reference/src/brick_light.rs, crates/gobo-reference/src/shade/mod.rs,
 // crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::sampled::{bricks, casters, rects, voxels};
+import package::bind::sampled::{bricks, rects, voxels};
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::{HAS_CAPSULES, NODES};
 import package::records::brick::{
     BRICK_SIZE, Brick, SLOT_HEIGHT, SLOT_WIDTH, brick_of, grid_lattices, grid_of, lattice_points, voxel_edges,
 };
-import package::records::caster::{capsule_of, look_material, particle_object};
+import package::records::caster::{capsule_of, material_of, particle_object};
 import package::records::footprint::{caster_of, load_footprint};
 import package::records::light::{ALL_LIGHTS, cluster_of};
 import package::records::material::SHAPE_CAPSULE;
@@ -17,6 +17,7 @@ import package::records::record::record_texel;
 import package::records::texel::owner_tag;
 import package::records::view::GpuView;
 import package::shade::points::store_point;
+import choice::records::caster_record;
 
 // Light of hot media.
 
@@ -138,25 +139,25 @@ fn shade_casters(
     let is_particle = !footprint.is_triangle;
     let is_seen = textureLoad(rects, record_texel(id_in_view), 0).g != 0u;
     let caster = select(0u, caster_of(footprint), is_particle);
-    let sphere = bitcast<vec4<f32>>(textureLoad(casters, record_texel(caster * 2u), 0));
-    let look = textureLoad(casters, record_texel(caster * 2u + 1u), 0);
+    let record = caster_record(caster);
+    let material = materials[material_of(record)];
     var point: Point;
     point.kind = select(POINT_NONE, POINT_PARTICLE, is_particle && is_seen);
-    point.position = sphere.xyz;
+    point.position = record.center;
     // Does not shadow itself: the bias is its radius.
-    point.reach = sphere.w;
+    point.reach = record.radius;
     point.cluster = cluster_of(footprint.bounds.xy, footprint.bounds.w);
-    point.receives = materials[look_material(look)].receives;
-    point.tag = owner_tag(look.w);
+    point.receives = material.receives;
+    point.tag = owner_tag(record.id);
     point.albedo = vec3(1.0);
-    if HAS_CAPSULES && is_particle && materials[look_material(look)].shape == SHAPE_CAPSULE {
-        let capsule = capsule_of(look.w);
+    if HAS_CAPSULES && is_particle && material.shape == SHAPE_CAPSULE {
+        let capsule = capsule_of(record.id);
         let along = capsule.last - capsule.first;
         point.kind = select(POINT_NONE, POINT_STRAND, is_seen);
         point.normal = along / max(length(along), 1e-30);
         point.reach = max(capsule.radii.x, capsule.radii.y);
-        point.tag = owner_tag(particle_object(look.w));
-        point.roughness = materials[look_material(look)].roughness;
+        point.tag = owner_tag(particle_object(record.id));
+        point.roughness = material.roughness;
     }
     store_point(index, point);
 }

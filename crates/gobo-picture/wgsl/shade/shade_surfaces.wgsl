@@ -4,20 +4,18 @@
 
 import package::bind::picture_in::seen_pixels;
 import package::bind::picture_out::lit;
-import package::bind::sampled::casters;
 import package::bind::uniform::{materials, views};
 import package::features::{
     HAS_CAPSULES, HAS_COATS, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
 };
 import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
-import package::records::caster::{capsule_of, look_material, particle_object};
+import package::records::caster::{capsule_of, caster_color, material_of, particle_object};
 import package::records::footprint::setup_texel;
 import package::records::light::cluster_of;
 import package::records::mask::pixel_number;
 import package::records::material::{
     GpuMaterial, NO_TEXTURE, SHAPE_CAPSULE, shows_clear, shows_color, shows_surroundings,
 };
-import package::records::pack::unpack_color;
 import package::records::point::{NO_COAT, POINT_LEAF, POINT_NONE, POINT_SOLID, Point};
 import package::records::point_list::SURFACE_LIST;
 import package::records::record::{TRIANGLE_BIT, record_texel};
@@ -34,6 +32,7 @@ import package::shade::shading::{irradiance, mirrored_solid};
 import package::shade::surface::{eye, world_point};
 import package::traversal::lane::LANES;
 import choice::catcher::caught;
+import choice::records::caster_record;
 
 fn nothing(view: GpuView, pixel: vec2<f32>) -> Point {
     let ray = normalize(world_point(view, pixel, 1.0) - eye());
@@ -113,25 +112,24 @@ fn of_triangle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32, setup: u32)
 }
 
 fn of_particle(view: GpuView, pixel: vec2<f32>, depth: f32, id: u32) -> Point {
-    let sphere = bitcast<vec4<f32>>(textureLoad(casters, record_texel(2u * id), 0));
-    let look = textureLoad(casters, record_texel(2u * id + 1u), 0);
-    let material = materials[look_material(look)];
-    let color = unpack_color(look.xy, material.transfer);
+    let record = caster_record(id);
+    let material = materials[material_of(record)];
+    let color = caster_color(record, material.transfer).rgb;
     let position = world_point(view, pixel, depth);
     // Normal of the sphere.
-    let aside = (position - sphere.xyz) / sphere.w;
+    let aside = (position - record.center) / record.radius;
     let to_eye = normalize(eye() - position);
     var normal = normalize(aside + to_eye * sqrt(max(1.0 - dot(aside, aside), 0.05)));
-    var reach = sphere.w;
-    var object = look.w;
+    var reach = record.radius;
+    var object = record.id;
     if HAS_CAPSULES && material.shape == SHAPE_CAPSULE {
-        let capsule = capsule_of(look.w);
+        let capsule = capsule_of(record.id);
         let along = capsule.last - capsule.first;
         let off = position - capsule.first;
         let out = off - along * (dot(off, along) / max(dot(along, along), 1e-30));
         reach = length(out);
         normal = select(to_eye, out / reach, reach > 0.0);
-        object = particle_object(look.w);
+        object = particle_object(record.id);
     }
     let albedo = material.tint.rgb * color;
     let point = Point(

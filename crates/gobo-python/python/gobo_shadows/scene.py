@@ -38,7 +38,7 @@ class Scene(Contents):
         origin: world position [m] that is subtracted from all positions before they are rounded to 32 bits: a
             point close to the scene, for a scene far from (0, 0, 0). Results are in world space all the same.
         tables: ``shadow``, ``environment``, ``air``, ``mask`` and ``clusters``, each a dictionary with the
-            keys of docs/scene.md: ``Scene(shadow={"size": 2048, "receiver": "curve"})``. The default is that
+            keys of docs/scene.md: ``Scene(shadow={"size": 2048, "nodes": 16})``. The default is that
             of a scene file without the table.
     """
 
@@ -192,7 +192,10 @@ class Scene(Contents):
             falloff and cosine.
         """
         places = as_rows(points, "points", 3, origin=self._native.origin)
-        return self._native.light(places, None if normals is None else as_rows(normals, "normals", 3))
+        found, message = self._native.light(places, None if normals is None else as_rows(normals, "normals", 3))
+        if message is not None:
+            warnings.warn(message, GoboWarning, stacklevel=2)
+        return found
 
     def relight(self, gaussians: Gaussians | None = None, *, factors: bool = False) -> np.ndarray:
         """Colours of Gaussians in the scene's light, ambient light included, like those of ``gobo relight``.
@@ -212,7 +215,9 @@ class Scene(Contents):
             raise InputError("these are no Gaussians of this scene", "give what its add_gaussians returned")
         else:
             start, end = gaussians._start, gaussians._end
-        result = self._native.relight(start, end)
+        result, message = self._native.relight(start, end)
+        if message is not None:
+            warnings.warn(message, GoboWarning, stacklevel=2)
         if not factors:
             result = result * self._native.colors(start, end)
         if gaussians is None or len(gaussians._left_out) == 0:

@@ -6,14 +6,14 @@ use super::{
 use glam::{UVec2, Vec3};
 use gobo::{
     model::Material,
-    records::{CapsuleRecord, Caster},
+    records::{CapsuleRecord, CasterRecord},
 };
 
 impl Eye<'_> {
     /// Point of a translucent capsule: its middle, with the axis in place of the normal.
     pub(super) fn strand(
         &self,
-        caster: &Caster,
+        caster: &CasterRecord,
         record: &CapsuleRecord,
         material: &Material,
     ) -> Point {

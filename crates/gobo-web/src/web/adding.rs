@@ -1,7 +1,7 @@
 //! Scenes made of arrays.
 use super::{Gobo, failure};
 use gobo::{
-    Light, Material, Particle, Scene, ShadowSettings, Shape, Transfer, Triangle,
+    Light, Material, Particle, Scene, Shape, Transfer, Triangle,
     glam::{Vec3, Vec4},
 };
 use gobo_scene::LoadOptions;
@@ -26,7 +26,6 @@ impl Gobo {
         light.check(0).map_err(|error| failure(&error, Some(help)))?;
         let mut scene = gobo_scene::empty_scene();
         scene.lights.push(light);
-        scene.shadow = ShadowSettings { receiver: gobo::Receiver::Curve, ..scene.shadow };
         (self.show, self.scene) = (None, Some(scene));
         Ok(())
     }
