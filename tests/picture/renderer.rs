@@ -4,7 +4,7 @@ use crate::common::{
     scenes::{empty, light, material, random_discs, triangle},
 };
 use gobo::{
-    KernelJob, LightKind, Scene, Transfer,
+    KernelJob, LightKind, Receiver, Scene, Transfer,
     glam::{UVec2, Vec3},
 };
 use gobo_picture::{RenderOptions, Renderer, ViewMaps};
@@ -23,6 +23,23 @@ fn scene() -> Scene {
         light(LightKind::Spot { position, direction: -position, angle: 1.0 }),
     ];
     scene
+}
+
+#[test]
+fn curves_take_memory_only_where_something_filters_or_reads_them() {
+    let mut renderer = Renderer::on(own_gpu(TIERS[0])).unwrap();
+    let mut bytes = |scene: &Scene, maps: bool| {
+        let options = RenderOptions { maps, ..RenderOptions::default() };
+        let memory = renderer.render(scene, &options).unwrap().memory;
+        memory.iter().filter(|(name, _)| *name == "curves").map(|(_, bytes)| bytes).sum::<u64>()
+    };
+    let mut scene = scene();
+    scene.shadow.receiver = Receiver::Curve;
+    // Two maps of 64 x 64 texels, of eight nodes of 8 bytes.
+    assert!(bytes(&scene, false) >= 2 * 64 * 64 * 64);
+    scene.materials[0] = material(Transfer::Opaque);
+    assert_eq!(bytes(&scene, false), 0);
+    assert!(bytes(&scene, true) >= 2 * 64 * 64 * 64);
 }
 
 #[test]

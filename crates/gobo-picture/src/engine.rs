@@ -14,7 +14,7 @@ use glam::Vec3;
 use gobo::{
     Error,
     gpu::{Gpu, KernelJob, Memory, Timeline},
-    model::{Counters, Scene, View, moved},
+    model::{Class, Counters, Receiver, Scene, ShadowSettings, View, moved},
     records::Picture,
     shadows::{Config, HostInputs, Prepared, Shadows},
     stage::sort::pair_limit,
@@ -56,6 +56,15 @@ impl Lit<'_> {
         let Self { scene, camera, prepared } = self;
         PictureRequest { scene, camera, prepared, capacity }
     }
+}
+
+/// The settings of a frame's maps. Where nothing filters light, curves would be 1 at every depth, as nearest
+/// depths say with a fifth of the memory; maps that are read back have what the scene asks for.
+pub(super) fn settings(scene: &Scene, reads_maps: bool) -> ShadowSettings {
+    let filters = |material| Class::FILTERING.contains(&Class::of(material));
+    let has_curves = reads_maps || scene.shadow.soften || scene.materials.iter().any(filters);
+    let receiver = if has_curves { scene.shadow.receiver } else { Receiver::Nearest };
+    ShadowSettings { receiver, ..scene.shadow }
 }
 
 impl GpuEngine {
@@ -106,7 +115,8 @@ impl GpuEngine {
             let request = lit.request(PictureCapacity::default());
             PreparedPicture::uncompiled(&engine.shadows, &request, &mut engine.kept).map(drop)
         };
-        let (prepared, counted) = self.shade_maps(scene, &views, ahead)?;
+        let (prepared, counted) =
+            self.shade_maps(scene, &views, &settings(scene, options.maps), ahead)?;
         let maps = if options.maps {
             let owners = self.shadows.casters()?.owners;
             let caustics = prepared.caustics.as_ref();
@@ -218,8 +228,9 @@ impl GpuEngine {
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.toggles.count_first = count_first);
         // Prepared twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
-        self.shadows.prepare_uncompiled(&casters, &views, &scene.shadow, &inputs)?;
-        let prepared = self.shadows.prepare_uncompiled(&casters, &views, &scene.shadow, &inputs)?;
+        let settings = &settings(scene, false);
+        self.shadows.prepare_uncompiled(&casters, &views, settings, &inputs)?;
+        let prepared = self.shadows.prepare_uncompiled(&casters, &views, settings, &inputs)?;
         let lit = Lit { scene, camera, prepared: &prepared };
         let request = lit.request(self.capacity.unwrap_or_default());
         PreparedPicture::uncompiled(&self.shadows, &request, &mut self.kept)?;
@@ -237,6 +248,7 @@ impl GpuEngine {
         &mut self,
         scene: &Scene,
         views: &[View],
+        settings: &ShadowSettings,
         ahead: impl FnOnce(&mut Self, &Prepared) -> Result<(), Error>,
     ) -> Result<(Prepared, Counters), Error> {
         let mut ahead = Some(ahead);
@@ -245,8 +257,7 @@ impl GpuEngine {
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.toggles.count_first = count_first);
         loop {
-            let mut prepared =
-                self.shadows.prepare_with(&casters, views, &scene.shadow, &inputs)?;
+            let mut prepared = self.shadows.prepare_with(&casters, views, settings, &inputs)?;
             self.shadows.configure(|config| config.toggles.count_first = false);
             self.has_counted = true;
             ahead.take().map_or(Ok(()), |ahead| ahead(self, &prepared))?;

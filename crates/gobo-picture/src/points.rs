@@ -1,6 +1,9 @@
 //! Share of each light that reaches points.
 use super::{
-    Engine, Renderer, check, engine::GpuEngine, place_order::place_order, without_emissions,
+    Engine, Renderer, check,
+    engine::{GpuEngine, settings},
+    place_order::place_order,
+    without_emissions,
 };
 use glam::Vec3;
 use gobo::{
@@ -111,7 +114,8 @@ impl PointLookUp<'_> {
 impl GpuEngine {
     fn point_maps(&mut self, scene: &Scene, views: &[View]) -> Result<Prepared, Error> {
         self.emit(scene)?;
-        let (prepared, _) = self.shade_maps(scene, views, |_, _| Ok(()))?;
+        let (prepared, _) =
+            self.shade_maps(scene, views, &settings(scene, false), |_, _| Ok(()))?;
         Ok(prepared)
     }
 
