@@ -4,7 +4,6 @@ use gobo::{
     gpu::{Constant, Gpu, KernelDesc, RecordForm, Resource, Resources, Tier},
     records::{CasterRecord, Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
     stage::{
-        bin::DispatchEntry,
         features::{Features, Flags},
         tuning::Tuning,
     },
@@ -132,14 +131,6 @@ pub(super) fn dispatches(gpu: &Gpu, which: usize, count: u32) -> wgpu::Buffer {
     gpu.upload("dispatches", &all, BufferUsages::STORAGE)
 }
 
-/// Indirect dispatches, in parts of the tiles or not, and the workgroups that then walk all tiles.
-pub(super) fn walks(gpu: &Gpu, in_parts: bool) -> (wgpu::Buffer, [u32; 3]) {
-    let mut all = [[POISON; 4]; DispatchEntry::COUNT as usize];
-    all[DispatchEntry::Parted as usize][0] = u32::from(in_parts);
-    let run = if in_parts { 1 } else { Tuning::of(&gpu.adapter).tile_run() };
-    (gpu.upload("dispatches", &all, BufferUsages::STORAGE), [TILES / run / 2, 2, 1])
-}
-
 /// The maps that a kernel writes.
 pub(super) struct Outputs {
     pub(super) filters: wgpu::Texture,
@@ -242,7 +233,7 @@ pub(super) fn run(
     run_all(gpu, tier, &constants, resources, &[(desc, groups)]);
 }
 
-/// Runs kernels, one after another.
+/// Runs kernels, one after another, in their form for GPUs.
 pub(super) fn run_all(
     gpu: &Gpu,
     tier: Tier,
@@ -250,7 +241,8 @@ pub(super) fn run_all(
     resources: &Resources,
     kernels: &[(&'static KernelDesc, [u32; 3])],
 ) {
-    let constants = [constants, &Tuning::of(&gpu.adapter).constants()].concat();
+    let tuning = Tuning { columns: false, ..Tuning::of(&gpu.adapter) };
+    let constants = [constants, &tuning.constants()].concat();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
     for &(desc, groups) in kernels {
