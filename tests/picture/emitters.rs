@@ -12,6 +12,7 @@ target = [0, 0.8, 0]
 size = [64, 48]
 [shadow]
 size = 96
+receiver = 'nearest'
 [[light]]
 name = 'sun'
 kind = 'directional'
