@@ -6,6 +6,7 @@ import package::curve::lights::Lights;
 import package::curve::list::Node;
 import package::curve::node::packed_node;
 import package::curve::ray::{Texel, corner};
+import package::entry::walk::{SHARES, share_texel, tile_at, walk_tile_share};
 import package::features::NODES;
 import package::records::batch::workgroup_number;
 import package::records::view::GpuView;
@@ -14,6 +15,22 @@ import choice::output::{is_blank, store_nodes};
 // Order of tiles: a workgroup takes the tile of its own index.
 fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
     return workgroup_number(workgroup, workgroups);
+}
+
+// A workgroup's tile, or some of its shares, from `first_share` on.
+fn walk_tiles(number: u32, first_share: u32, step: u32, lane: u32) {
+    let tile = tile_at(number);
+    if tile.merged != 0u {
+        return;
+    }
+    let view = views[tile.view];
+    if SHARES == 1u {
+        walk_tile_share(view, tile, share_texel(0u, lane));
+        return;
+    }
+    for (var share = first_share; share < SHARES; share += step) {
+        walk_tile_share(view, tile, share_texel(share, lane));
+    }
 }
 
 // Texels of an invocation: one, because registers are scarce on GPUs, and fewer casters touch a subgroup's

@@ -58,8 +58,6 @@ override KINDS_APART: bool = false;
 // Cells of a brick that a ray crosses in one turn of a loop: llvmpipe ends all loops of an invocation after
 // 65,535 turns.
 override CELLS_AT_ONCE: u32 = 1u;
-// Tiles that a workgroup walks, one after the other.
-override TILE_RUN: u32 = 1u;
 // Subgroups may have more than 32 lanes.
 override WIDE: bool = true;
 // Some of the views whose levels are made are faces of cubes.

@@ -3,7 +3,7 @@
 //! In: tiles or segments of `pairs`, `footprints`, opaque depths, and the sums of casters whose pairs did
 //! not fit. Out: `curves`, `filters` and `nearests`; segments of long tiles write `partials`, which
 //! `resolve_curve` combines in order.
-use super::walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, WAITING};
+use super::walk::{self, IN_ORDER, INVOCATION_ROWS, LANE_CASTER, SUMS, TILE_WALK, WAITING};
 use crate::gpu::{Choice, KernelDesc, Tier};
 
 /// Size of one segment's record in `partials` \[bytes\]. `changes`: some caster adds light or is a volume.
@@ -57,6 +57,7 @@ const PASS: Choice =
 /// Choices of kernels that walk casters twice.
 const WALKED_TWICE: &[Choice] = &[
     IN_ORDER,
+    TILE_WALK,
     STORED,
     RAYS,
     RAY_CASTERS,
@@ -77,8 +78,19 @@ pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
 /// Choices of kernels that insert hits of any kind into curves.
-pub(super) const CURVED: &[Choice] =
-    &[IN_ORDER, CURVES, INVOCATION_ROWS, OPEN_NODES, HITS, WAITING, PAIRS, WALK, LANE_CASTER, SUMS];
+pub(super) const CURVED: &[Choice] = &[
+    IN_ORDER,
+    TILE_WALK,
+    CURVES,
+    INVOCATION_ROWS,
+    OPEN_NODES,
+    HITS,
+    WAITING,
+    PAIRS,
+    WALK,
+    LANE_CASTER,
+    SUMS,
+];
 
 /// Curves of tiles that are one segment, by insertion.
 pub const TILES: KernelDesc = KernelDesc {

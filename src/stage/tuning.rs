@@ -15,6 +15,9 @@ pub const IN_TEXTURES: Choice = Choice::new("records", "records/in_textures.wgsl
 /// \[bytes\].
 pub const MOST_RECORDS: u64 = 512 << 20;
 
+/// Tiles that a workgroup walks on llvmpipe. WGSL: `wgsl/llvmpipe/choices.wgsl`.
+pub const TILE_RUN: u32 = 4;
+
 /// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and
 /// `disc_segment`, which change their rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,14 +79,13 @@ impl Tuning {
     }
 
     /// Values of the overrides.
-    pub fn constants(&self) -> [Constant; 4] {
+    pub fn constants(&self) -> [Constant; 3] {
         let flag = |is: bool| f64::from(u8::from(is));
         [
             ("WIDE", flag(self.wide)),
             ("KINDS_APART", flag(self.kinds_apart)),
             // Where the loop is unrolled.
             ("CELLS_AT_ONCE", if self.columns { 5.0 } else { 1.0 }),
-            ("TILE_RUN", f64::from(self.tile_run())),
         ]
     }
 
@@ -107,10 +109,9 @@ impl Tuning {
         Self { record_form, ..self }
     }
 
-    /// Tiles that a workgroup walks. llvmpipe executes a walk's code even where it visits nothing, but not
-    /// for each of the empty tiles of a run.
+    /// Tiles that a workgroup walks.
     pub fn tile_run(&self) -> u32 {
-        if self.columns { 4 } else { 1 }
+        if self.columns { TILE_RUN } else { 1 }
     }
 
     /// Choices that replace a kernel's own.

@@ -33,6 +33,8 @@ pub(super) const SCAN: Choice =
 pub const LANE_CASTER: Choice = Choice::new("lane_caster", "traversal/lane_caster.wgsl");
 /// Maps a workgroup to the tile of its index; [`Tuning`](super::tuning::Tuning) may replace it.
 pub const IN_ORDER: Choice = Choice::new("order", "choices.wgsl");
+/// Tiles of a workgroup; [`Tuning`](super::tuning::Tuning) may replace it.
+pub(super) const TILE_WALK: Choice = Choice::new("tiles", "choices.wgsl");
 /// Texels that an invocation holds; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const INVOCATION_ROWS: Choice = Choice::new("rows", "choices.wgsl");
 /// Texels that an invocation holds where all casters are of one simple kind;
@@ -42,7 +44,7 @@ const COLUMN: Choice = Choice::new("column", "choices.wgsl");
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 
 /// Choices of kernels that walk casters of any kind.
-const WALKED: &[Choice] = &[IN_ORDER, COLUMN, WAITING, WALK, PAIRS, LANE_CASTER, SUMS];
+const WALKED: &[Choice] = &[IN_ORDER, TILE_WALK, COLUMN, WAITING, WALK, PAIRS, LANE_CASTER, SUMS];
 
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {

@@ -59,6 +59,7 @@ use std::collections::{BTreeMap, BTreeSet};
 fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
+        ("TILE_RUN", gobo::stage::tuning::TILE_RUN),
         ("AIR_BLOCK", gobo_picture::stage::air::AIR_BLOCK),
         ("AIR_RUN", gobo_picture::stage::air::AIR_RUN),
         ("MAX_AIR_RUNS", gobo_picture::stage::air::MAX_AIR_RUNS),

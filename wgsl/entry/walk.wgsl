@@ -3,9 +3,8 @@
 import package::bind::read::{dispatches, merged_tiles, overflow, segments};
 import package::bind::sampled::{rects, tiles};
 import package::bind::uniform::views;
-import package::features::TILE_RUN;
 import package::records::batch::{
-    MERGED_DISPATCH, OVERFLOW_DISPATCH, OVERFLOW_SLICES, PARTED_DISPATCH, SEGMENT_DISPATCH, workgroup_number,
+    MERGED_DISPATCH, OVERFLOW_DISPATCH, OVERFLOW_SLICES, SEGMENT_DISPATCH, workgroup_number,
 };
 import package::records::footprint::load_footprint;
 import package::records::record::record_texel;
@@ -14,9 +13,8 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::{lane_texel, tile_texel};
 import choice::accumulator::{ROWS, start};
 import choice::order::tile_number;
-import choice::output::{
-    add, before_segment, before_tile, resolve, stays_empty, store_empty, store_segment, store_tile,
-};
+import choice::output::{add, before_segment, before_tile, resolve, store_segment, store_tile};
+import choice::tiles::walk_tiles;
 import choice::traversal::walk;
 
 // Shares of a tile's texels: a workgroup takes one at a time.
@@ -36,28 +34,7 @@ fn walk_tile(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let number = tile_number(workgroup, workgroups);
-    if TILE_RUN > 1u {
-        // Tiles of a part are not one behind the other.
-        let count = select(TILE_RUN, 1u, dispatches[PARTED_DISPATCH].x != 0u);
-        walk_run(number * count, count, share_texel(0u, lane));
-    } else {
-        walk_one(tile_at(number), workgroup.z, workgroups.z, lane);
-    }
-}
-
-fn walk_one(tile: Tile, first_share: u32, share_step: u32, lane: u32) {
-    if tile.merged != 0u {
-        return;
-    }
-    let view = views[tile.view];
-    if SHARES == 1u {
-        walk_tile_share(view, tile, share_texel(0u, lane));
-        return;
-    }
-    for (var share = first_share; share < SHARES; share += share_step) {
-        walk_tile_share(view, tile, share_texel(share, lane));
-    }
+    walk_tiles(tile_number(workgroup, workgroups), workgroup.z, workgroups.z, lane);
 }
 
 fn tile_at(number: u32) -> Tile {
@@ -71,44 +48,6 @@ fn walk_tile_share(view: GpuView, tile: Tile, in_tile: vec2<u32>) {
     start(view, texel);
     walk(view, tile.first, tile.end);
     store_tile(view, texel);
-}
-
-// Walks the tiles of a run. Software adapters execute all of a loop once, then leave it as soon as they can:
-// empty tiles are stored in a loop of their own.
-fn walk_run(first: u32, count: u32, in_tile: vec2<u32>) {
-    let end = first + count;
-    var number = first;
-    loop {
-        number = store_empty_tiles(number, end, in_tile);
-        if number < end {
-            let tile = tile_at(number);
-            walk_tile_share(views[tile.view], tile, in_tile);
-        }
-        number += 1u;
-        if number >= end {
-            break;
-        }
-    }
-}
-
-// Stores the tiles before the first that must be walked, and returns its number; `end` if there is none.
-fn store_empty_tiles(first: u32, end: u32, in_tile: vec2<u32>) -> u32 {
-    var number = first;
-    var stays = true;
-    loop {
-        let tile = tile_at(number);
-        let view = views[tile.view];
-        let texel = tile.position * TILE_SIZE + in_tile;
-        stays = tile.merged != 0u || stays_empty(view, texel, tile);
-        if stays && tile.merged == 0u {
-            store_empty(view, texel);
-        }
-        number += u32(stays);
-        if !stays || number >= end {
-            break;
-        }
-    }
-    return number;
 }
 
 // Entry: one segment of a long tile. One workgroup per segment, a column of texels per invocation. An

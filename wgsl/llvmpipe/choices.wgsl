@@ -1,12 +1,15 @@
 // Choices of kernels that walk casters, on software adapters. GPUs: wgsl/choices.wgsl.
 
+import package::bind::read::dispatches;
+import package::bind::uniform::views;
 import package::bind::updated::{filters, nearests};
 import package::curve::node::packed_node;
 import package::curve::ray::{ROWS, Texel, corner};
+import package::entry::walk::{share_texel, tile_at, walk_tile_share};
 import package::features::{NODES, unrolled};
-import package::records::batch::workgroup_number;
-import package::records::view::GpuView;
-import choice::output::{is_blank, store_nodes};
+import package::records::batch::{PARTED_DISPATCH, workgroup_number};
+import package::records::view::{GpuView, TILE_SIZE};
+import choice::output::{is_blank, stays_empty, store_empty, store_nodes};
 
 // Order of tiles for drivers that give each of two cores one half of the dispatch: runs of neighbours
 // alternate between the cores. (Runs, because consecutive stores to memory are many times faster.)
@@ -22,6 +25,49 @@ fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
     let whole = count / (2u * RUN) * RUN; // tiles of each half, in whole runs
     let run = 2u * (index - index % RUN) + index % RUN + select(0u, RUN, second);
     return select(select(i + whole, i, second), run, index < whole);
+}
+
+const TILE_RUN: u32 = 4u; // Rust: src/stage/tuning.rs
+
+// A run of tiles. llvmpipe executes a walk's code even where it visits nothing, but leaves a loop at its end:
+// empty tiles are stored in a loop of their own. A tile is one share.
+fn walk_tiles(number_of_run: u32, first_share: u32, step: u32, lane: u32) {
+    let in_tile = share_texel(0u, lane);
+    // Tiles of a part are not one behind the other.
+    let count = select(TILE_RUN, 1u, dispatches[PARTED_DISPATCH].x != 0u);
+    var number = number_of_run * count;
+    let end = number + count;
+    loop {
+        number = store_empty_tiles(number, end, in_tile);
+        if number < end {
+            let tile = tile_at(number);
+            walk_tile_share(views[tile.view], tile, in_tile);
+        }
+        number += 1u;
+        if number >= end {
+            break;
+        }
+    }
+}
+
+// Stores the tiles before the first that must be walked, and returns its number; `end` if there is none.
+fn store_empty_tiles(first: u32, end: u32, in_tile: vec2<u32>) -> u32 {
+    var number = first;
+    var stays = true;
+    loop {
+        let tile = tile_at(number);
+        let view = views[tile.view];
+        let texel = tile.position * TILE_SIZE + in_tile;
+        stays = tile.merged != 0u || stays_empty(view, texel, tile);
+        if stays && tile.merged == 0u {
+            store_empty(view, texel);
+        }
+        number += u32(stays);
+        if !stays || number >= end {
+            break;
+        }
+    }
+    return number;
 }
 
 // Texels of an invocation: four in a column, a component each. They share the costs of a visit that don't

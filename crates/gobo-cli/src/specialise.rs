@@ -9,7 +9,7 @@ use gobo::{
 use std::collections::{BTreeMap, HashMap};
 
 /// Overrides that are numbers and not flags: their values are resolved.
-const NUMBERS: [&str; 3] = ["NODES", "CELLS_AT_ONCE", "TILE_RUN"];
+const NUMBERS: [&str; 2] = ["NODES", "CELLS_AT_ONCE"];
 
 /// `SpecId` of each flag, the same in every kernel.
 pub(crate) fn ids() -> impl Iterator<Item = (&'static str, u32)> {
