@@ -13,8 +13,8 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/choices.wg
 /// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the
 /// tier allows.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
-/// Workgroups walk runs of tiles. Invocations hold four texels in a column, or eight of simple casters; nodes of curves and hits that wait
-/// for late ones are in registers, and loops over them are unrolled.
+/// Workgroups walk runs of tiles. Invocations hold four texels in a column, or eight of simple casters; nodes
+/// of curves and hits that wait for late ones are in registers, and loops over them are unrolled.
 pub const COLUMNS: [Choice; 7] = [
     Choice::new("tiles", "llvmpipe/choices.wgsl"),
     Choice::new("rows", "llvmpipe/choices.wgsl"),
