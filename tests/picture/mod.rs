@@ -1,6 +1,7 @@
 //! The lit picture.
 mod air;
 mod air_reach;
+mod asides;
 mod bloom;
 mod bounce;
 mod bricks;
