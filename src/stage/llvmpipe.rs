@@ -15,8 +15,8 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/choices.wg
 /// tier allows.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
 /// Workgroups walk runs of tiles. Invocations hold four texels in a column, or eight of simple casters; nodes
-/// of curves, hits that wait for late ones, and values that look-ups lay aside are in registers, and loops over
-/// them are unrolled.
+/// of curves, hits that wait for late ones, and values that look-ups lay aside are in registers, and loops
+/// over them are unrolled.
 pub const COLUMNS: [Choice; 8] = [
     Choice::new("tiles", "llvmpipe/choices.wgsl"),
     Choice::new("rows", "llvmpipe/choices.wgsl"),
