@@ -86,6 +86,14 @@ crate::records::gpu_struct! {
     }
 }
 
+impl LoadCounters {
+    /// Splits a buffer of groups: its first element holds the counters.
+    pub fn split(buffer: &[HostGroup]) -> (Self, &[HostGroup]) {
+        let (first, groups) = buffer.split_first().expect("the counters come first");
+        (bytemuck::pod_read_unaligned(&bytemuck::bytes_of(first)[..size_of::<Self>()]), groups)
+    }
+}
+
 crate::records::gpu_struct! {
     /// A grid of the host, and the slots of its bricks.
     #[derive(Default, Eq)]

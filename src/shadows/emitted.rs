@@ -6,7 +6,7 @@ use crate::{
     frame::Commands,
     gpu::{Allocator, Memory, Resources},
     model::{Bounds, Casters, emission::Emission},
-    records::{EmissionParams, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS},
+    records::{EmissionParams, HostGroup, LoadParams, MAX_MATERIALS},
     stage::{project::grid, simulate},
 };
 use wgpu::{Buffer, BufferUsages};
@@ -17,15 +17,14 @@ pub struct EmittedLoad {
     pub commands: Commands,
     /// Number of groups of each emitter.
     group_counts: Vec<u32>,
-    /// Groups of all emitters, one after the other.
+    /// `LoadCounters` for the visible particles: the number loaded, and the number too far away; then the
+    /// [`HostGroup`]s of all emitters, one after the other.
     pub groups: Buffer,
-    /// One [`LoadCounters`] for the visible particles: the number loaded, and the number too far away.
-    pub counters: Buffer,
     pub memory: Memory,
 }
 
 impl EmittedLoad {
-    /// Box around the particles of each emitter. `found`: the contents of [`Self::groups`].
+    /// Box around the particles of each emitter. `found`: the groups.
     pub fn bounds<'a>(&'a self, found: &'a [HostGroup]) -> impl Iterator<Item = Bounds> + 'a {
         let mut found = found.iter();
         self.group_counts.iter().map(move |&group_count| {
@@ -57,11 +56,11 @@ impl Shadows {
         let slots: Vec<_> =
             emitted.iter().map(|(emission, _)| EmittedSlots::of(emission)).collect();
         let total: u32 = slots.iter().map(|emitter| emitter.group_count).sum();
-        let (none, copied) = (BufferUsages::empty(), BufferUsages::COPY_SRC);
-        let groups = allocator.storage::<HostGroup>("emitted_groups", total.into(), copied)?;
+        let copied = BufferUsages::COPY_SRC;
+        let groups =
+            allocator.storage::<HostGroup>("emitted_groups", u64::from(total) + 1, copied)?;
         // Bound because the kernel has it: nobody reads it.
-        let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
-        let counters = allocator.storage::<LoadCounters>("host_counters", 1, copied)?;
+        let no_counts = allocator.storage::<u32>("host_counts", 1, BufferUsages::empty())?;
         let mut dispatches = Vec::with_capacity(emitted.len());
         let mut first_group = 0;
         let (written, first_record) = set.casters.written();
@@ -91,8 +90,7 @@ impl Shadows {
                 .with("emission_params", &emission_params)
                 .with("emitted", simulation.particles())
                 .with("host_counts", &no_counts)
-                .with("host_groups", &groups)
-                .with("host_counters", &counters);
+                .with("host_groups", &groups);
             let groups = grid(emitter.group_count);
             dispatches.push(self.kernels().dispatch_of(kernel.clone(), &resources, groups)?);
             first_group += emitter.group_count;
@@ -106,7 +104,7 @@ impl Shadows {
             let end = records.last().map_or(first.end, |last| last.end);
             set.casters.copy(&mut commands, "gobo load", &(first.start..end));
         }
-        Ok(EmittedLoad { commands, group_counts, groups, counters, memory })
+        Ok(EmittedLoad { commands, group_counts, groups, memory })
     }
 
     /// Takes over the groups of an `EmittedLoad`.

@@ -21,20 +21,22 @@ pub(super) struct Counted {
 }
 
 impl Counted {
-    /// Every list's counters, then those of the host's casters.
-    fn buffers(&self) -> impl Iterator<Item = &Buffer> {
-        self.lists.iter().flatten().chain(self.host.iter().map(|host| &host.counters))
+    /// Every list's counters, then those of the host's casters, and their sizes \[bytes\].
+    fn buffers(&self) -> impl Iterator<Item = (&Buffer, u64)> {
+        let lists = self.lists.iter().flatten().map(|list| (list, list.size()));
+        let host = self.host.iter().map(|host| (&host.groups, size_of::<LoadCounters>() as u64));
+        lists.chain(host)
     }
 
     fn size(&self) -> u64 {
-        self.buffers().map(Buffer::size).sum()
+        self.buffers().map(|(_, size)| size).sum()
     }
 
     fn copy(&self, encoder: &mut CommandEncoder, to: &Buffer) {
         let mut at = 0;
-        for buffer in self.buffers() {
-            encoder.copy_buffer_to_buffer(buffer, 0, to, at, buffer.size());
-            at += buffer.size();
+        for (buffer, size) in self.buffers() {
+            encoder.copy_buffer_to_buffer(buffer, 0, to, at, size);
+            at += size;
         }
     }
 }

@@ -13,11 +13,12 @@ use gobo::{
         caustics::CausticParams,
         levels::LevelParams,
         light_points::{PictureParams, PointBatch},
+        load,
         project::{Chunk, ProjectParams},
         soften::SoftenParams,
         sort::{SERIAL_SCATTER, SortPass},
     },
-    wgpu::{TextureFormat, TextureSampleType, TextureViewDimension},
+    wgpu::{Limits, TextureFormat, TextureSampleType, TextureViewDimension},
 };
 use gobo_picture::stage::{shade::Band, variants};
 use gobo_reference::records::{AirParams, ClusterCounters, ClusterParams};
@@ -321,6 +322,21 @@ fn records_are_written_to_buffers() {
     };
     let wrong = Binding { name: "casters", number: 33, kind };
     assert!(is_written_texture(&wrong) && !known.contains(wrong.name));
+}
+
+/// docs/embedding.md promises a host's text five of WebGPU's eight.
+#[test]
+fn loaders_leave_five_buffers_to_the_host() {
+    let most = Limits::default().max_storage_buffers_per_shader_stage - 5;
+    for desc in [&load::CASTERS, &load::GAUSSIANS, &load::VOXELS] {
+        let bindings = desc.link(Tier::Core).unwrap().bindings().unwrap();
+        let is_own = |it: &&Binding| {
+            let of_plain = ["host_casters", "host_gaussians"].contains(&it.name);
+            matches!(it.kind, BindingKind::Storage { .. }) && !of_plain
+        };
+        let own: Vec<_> = bindings.iter().filter(is_own).map(|it| it.name).collect();
+        assert!(own.len() as u32 <= most && own.contains(&"host_groups"), "{} {own:?}", desc.name);
+    }
 }
 
 /// The checks can fail: they must notice each of these edits.

@@ -2,7 +2,7 @@
 
 import package::records::batch::{BatchCounters, BinParams, Chunk, ProjectParams};
 import package::records::emitter::GpuEmitted;
-import package::records::host::{HostGroup, LoadCounters};
+import package::records::host::LoadedGroups;
 import package::records::record::CasterRecord;
 import package::records::tile::Segment;
 
@@ -24,8 +24,7 @@ import package::records::tile::Segment;
 @group(0) @binding(72) var<storage, read_write> point_shares: array<f32>;
 @group(0) @binding(85) var<storage, read_write> converted: array<u32>;
 @group(0) @binding(174) var<storage, read_write> brick_states: array<u32>;
-@group(0) @binding(75) var<storage, read_write> host_counters: LoadCounters;
-@group(0) @binding(76) var<storage, read_write> host_groups: array<HostGroup>;
+@group(0) @binding(76) var<storage, read_write> host_groups: LoadedGroups;
 @group(0) @binding(78) var<storage, read_write> listed_counts: array<u32>;
 // The uniform buffers of a list that has the host's casters.
 @group(0) @binding(77) var<storage, read_write> listed_bin_params: BinParams;

@@ -23,7 +23,7 @@ import package::records::tile::Segment;
 @group(0) @binding(173) var<storage, read> brick_spheres: array<vec4<f32>>; // centre and radius [m]
 @group(0) @binding(174) var<storage, read> brick_states: array<u32>; // 1: it has density
 @group(0) @binding(79) var<storage, read> host_counts: array<u32>;
-@group(0) @binding(76) var<storage, read> host_groups: array<HostGroup>;
+@group(0) @binding(76) var<storage, read> host_groups: array<HostGroup>; // after their counters
 @group(0) @binding(97) var<storage, read> emitted: array<GpuEmitted>;
 @group(0) @binding(121) var<storage, read> tile_pairs: array<u32>;
 @group(0) @binding(176) var<storage, read> glass_depths: array<u32>;

@@ -42,7 +42,7 @@ const BOX_SKEW: f32 = 2e-5;
 
 // Number of casters of the group, or 0 if its box is outside a plane of the view.
 fn seen_count(view: u32, group: u32) -> u32 {
-    let box = host_groups[cull_params.first_group + group];
+    let box = host_groups[1u + cull_params.first_group + group];
     let largest = max(abs(box.low), abs(box.high));
     let pad = max(largest.x, max(largest.y, largest.z)) * BOX_ROUNDING + 1e-30;
     let center = (box.low + box.high) * 0.5;

@@ -1,7 +1,7 @@
 // A workgroup of `load`: a run of the host's casters. The valid ones are compacted, in order, with a box
 // around them. Every lane adds its caster, then asks for its slot, then the group is stored.
 
-import package::bind::changed::{host_counters, host_groups};
+import package::bind::changed::host_groups;
 import package::bind::read::host_counts;
 import package::bind::uniform::load_params;
 import package::records::host::{CHUNK_SIZE, MAX_COORDINATE, HostGroup};
@@ -102,8 +102,8 @@ fn store_group(group: u32, lane: u32, count: u32) {
             high = max(high, highs[i]);
             faint = min(faint, faintest[i]);
         }
-        host_groups[load_params.first_group + group] = HostGroup(low, count, high, faint);
-        atomicAdd(&host_counters.taken, count);
-        atomicAdd(&host_counters.skipped, atomicLoad(&left_out));
+        host_groups.groups[load_params.first_group + group] = HostGroup(low, count, high, faint);
+        atomicAdd(&host_groups.counters.taken, count);
+        atomicAdd(&host_groups.counters.skipped, atomicLoad(&left_out));
     }
 }

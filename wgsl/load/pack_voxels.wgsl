@@ -1,7 +1,7 @@
 // load: voxels of a host's grid -> the slots of its bricks in `voxels`. A workgroup per brick; an empty brick
 // is not written. Densities out of range are counted and taken as 0. Rust: src/stage/load.rs.
 
-import package::bind::changed::{brick_states, host_counters};
+import package::bind::changed::{brick_states, host_groups};
 import package::bind::stored::voxels;
 import package::bind::uniform::host_grid;
 import package::load::group::is_within;
@@ -59,7 +59,7 @@ fn pack_voxels(
     let filled = atomicLoad(&is_filled);
     if lane == 0u {
         brick_states[brick] = filled;
-        atomicAdd(&host_counters.skipped, atomicLoad(&left_out));
+        atomicAdd(&host_groups.counters.skipped, atomicLoad(&left_out));
     }
     if filled == 0u {
         return;

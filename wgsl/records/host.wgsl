@@ -59,6 +59,12 @@ struct LoadCounters {
     skipped: atomic<u32>, // casters with a number that is infinite, NaN or out of range
 }
 
+// In one buffer, since five of WebGPU's eight are the host's own.
+struct LoadedGroups {
+    @size(32) counters: LoadCounters, // as large as a group
+    groups: array<HostGroup>,
+}
+
 // A grid of the host, and the slots of its bricks.
 struct HostGridParams {
     size: vec3<u32>,    // [voxels]

@@ -53,9 +53,9 @@ impl GpuEngine {
         self.work.submit(&self.gpu, |encoder, timeline| {
             load.commands.record(encoder, timeline);
         });
-        let counters: Vec<LoadCounters> = self.gpu.try_read(&load.counters)?;
-        self.emitters.left_out = counters.iter().map(|counters| u64::from(counters.skipped)).sum();
-        let found: Vec<HostGroup> = self.gpu.try_read(&load.groups)?;
+        let read: Vec<HostGroup> = self.gpu.try_read(&load.groups)?;
+        let (counters, found) = LoadCounters::split(&read);
+        self.emitters.left_out = counters.skipped.into();
         let found =
             &found[..self.emitters.slots.iter().map(|slot| slot.group_count as usize).sum()];
         self.shadows.place_emitted(found)?;

@@ -40,14 +40,14 @@ pub(super) fn check(grids: &[HostGrid<'_>], materials: &[Material]) -> Result<()
 }
 
 impl HostBricks {
-    /// `index`: the grid's; `bricks`, `first_slot`: as uploaded; `counters`: those of the host's casters.
+    /// `index`: the grid's; `bricks`, `first_slot`: as uploaded; `groups`: of the host's casters.
     pub(super) fn new(
         allocator: &mut Allocator<'_>,
         kernels: &Kernels,
         set: &CasterSet,
         (index, of_host): (usize, &HostGrid<'_>),
         (bricks, first_slot): (&[Particle], u32),
-        counters: &Buffer,
+        groups: &Buffer,
     ) -> Result<Self, Error> {
         let count = bricks.len() as u32;
         let values = HostGridParams {
@@ -71,7 +71,7 @@ impl HostBricks {
             .with("brick_spheres", &spheres)
             .with("brick_states", &states);
         let resources =
-            loaded.clone().with("host_counters", counters).with("voxels", &set.bricks.voxels);
+            loaded.clone().with("host_groups", groups).with("voxels", &set.bricks.voxels);
         let groups = grid(count);
         let pack = match of_host.source {
             VoxelSource::Texture(texture) => {

@@ -14,9 +14,7 @@ use crate::{
     frame::{Commands, Dispatch, HostBindings, Kernels},
     gpu::{Allocator, Resources},
     model::{Bounds, Material},
-    records::{
-        DIAGONAL, GaussianLook, GpuView, HostGroup, LoadCounters, LoadParams, MAX_MATERIALS,
-    },
+    records::{DIAGONAL, GaussianLook, GpuView, HostGroup, LoadParams, MAX_MATERIALS},
     stage::{
         features::Features,
         load::{self, group_count},
@@ -35,10 +33,8 @@ pub(crate) struct HostSets {
     sets: Vec<HostSet>,
     /// Copy of the records to where kernels read them.
     copy: Commands,
-    /// Boxes of all groups, which only the device knows.
+    /// `LoadCounters` and the boxes of all groups, which only the device knows.
     pub groups: Buffer,
-    /// [`LoadCounters`].
-    pub(in crate::shadows) counters: Buffer,
     /// Record of the first group's first caster.
     pub first_caster: u32,
     /// Spans by list.
@@ -267,16 +263,20 @@ impl HostSets {
         if by_list.iter().all(Vec::is_empty) && inputs.grids.is_empty() {
             return Ok(None);
         }
-        let counters =
-            allocator.storage::<LoadCounters>("host_counters", 1, BufferUsages::COPY_SRC)?;
+        let of_sets = by_list.iter().flatten().map(|given| given.count.capacity());
+        let of_bricks = set.bricks.of_host().map(|(bricks, _)| bricks.len() as u32);
+        let total: u32 = of_sets.chain(of_bricks).map(group_count).sum();
+        let groups = allocator.storage::<HostGroup>(
+            "host_groups",
+            u64::from(total) + 1,
+            BufferUsages::COPY_SRC,
+        )?;
         let of_grids = inputs.grids.iter().enumerate().zip(set.bricks.of_host());
         let mut bind_grid =
-            |(grid, bricks)| HostBricks::new(allocator, kernels, set, grid, bricks, &counters);
+            |(grid, bricks)| HostBricks::new(allocator, kernels, set, grid, bricks, &groups);
         let bricks = of_grids.map(&mut bind_grid).collect::<Result<Vec<_>, _>>()?;
         by_list[1].extend(inputs.grids.iter().zip(&bricks).map(|(g, b)| Given::of_grid(g, b)));
         let all = by_list.iter().flatten();
-        let total: u32 = all.clone().map(|given| group_count(given.count.capacity())).sum();
-        let groups = allocator.storage::<HostGroup>("host_groups", u64::from(total), none)?;
         // Bound in place of counts where they are fixed, and then never read.
         let no_counts = allocator.storage::<u32>("host_counts", 1, none)?;
         let has_gaussians = all.clone().any(|given| given.kinds.gaussians);
@@ -292,8 +292,7 @@ impl HostSets {
             .with_any("casters", written)
             .with("materials", &set.materials)
             .with("host_counts", &no_counts)
-            .with("host_groups", &groups)
-            .with("host_counters", &counters);
+            .with("host_groups", &groups);
         let first_caster = set.host_records.start;
         let (mut first_group, mut first_axes) = (0, first_caster + total * CHUNK_SIZE);
         let mut bind = |given: &Given<'_>| {
@@ -320,14 +319,14 @@ impl HostSets {
         set.casters.copy(&mut copy, "gobo load", &(first_caster..first_axes));
         let spans = spans(&by_list);
         let packs = bricks.into_iter().map(|bricks| bricks.pack).collect();
-        Ok(Some(Arc::new(Self { packs, sets, copy, groups, counters, first_caster, spans, looks })))
+        Ok(Some(Arc::new(Self { packs, sets, copy, groups, first_caster, spans, looks })))
     }
 
     /// The loading: makes records and boxes from the contents that the host's buffers have when the frame
     /// runs.
     pub(in crate::shadows) fn commands(&self) -> Commands {
         let mut commands = Commands::new();
-        commands.clear("gobo load", &self.counters);
+        commands.clear("gobo load", &self.groups);
         let loads = self.sets.iter().map(|set| &set.load);
         commands.pass("gobo load", self.packs.iter().chain(loads).cloned());
         commands.append(self.copy.clone());
