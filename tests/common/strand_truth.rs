@@ -1,14 +1,16 @@
-//! Strands in 64 bits, by definition: bisection finds the part of a ray inside, quadrature its transmittance.
+//! Strands in 64 bits, by definition: bisection finds the part of a ray inside.
 use gobo::{
     glam::{DVec3, Vec4},
     model::Strand,
 };
 
-/// Halvings of bisection, and panels of quadrature.
 const HALVINGS: u32 = 80;
-const PANELS: u32 = 128;
+/// Distance to a surface below which a ray is on it [m].
+const ON_SURFACE: f64 = 1e-6;
 /// Distance and cosine below which a ray is in a plane [m].
 const TIED: f64 = 1e-4;
+/// Relative difference of a radius and the least one below which rounding decides which is taken.
+const JUST_AS_WIDE: f64 = 1e-3;
 /// Squared sine below which a ray counts as parallel to an axis.
 const ALONG: f64 = 1e-8;
 
@@ -17,7 +19,8 @@ const ALONG: f64 = 1e-8;
 pub(crate) struct Met {
     pub(crate) color: Vec4,
     pub(crate) way: Option<Way>,
-    /// Whether the ray is in the plane of an end, up to rounding.
+    /// Whether the ray is in the plane of an end or on the surface, or the strand is as wide as a texel, up to
+    /// rounding.
     pub(crate) is_tied: bool,
 }
 
@@ -121,12 +124,15 @@ pub(crate) fn meet(
         let true_radii = [v[i].radius.into(), v[i + 1].radius.into()];
         let least_radii = [least(first), least(last)];
         let at = |[a, b]: [f64; 2]| a + (b - a) * share;
-        if at(true_radii) < at(least_radii) { least_radii } else { true_radii }
+        let [own, least] = [at(true_radii), at(least_radii)];
+        let is_tied = (own - least).abs() < JUST_AS_WIDE * own;
+        (if own < least { least_radii } else { true_radii }, is_tied)
     };
     let capsule = |i: usize| {
         let (first, last, own) = (at(i), at(i + 1), axis(i));
         let length = first.distance(last);
-        let cone = Cone { first, axis: own, length, radii: widened(i) };
+        let (radii, as_wide) = widened(i);
+        let cone = Cone { first, axis: own, length, radii };
         // Planes between capsules lean by at most 45 degrees, so no capsule reaches farther.
         let reach = 0.5 * length + 3.0 * cone.radii[0].max(cone.radii[1]);
         let off = (first + last) * 0.5 - start;
@@ -135,7 +141,7 @@ pub(crate) fn meet(
             return Met { color, way: None, is_tied: false };
         }
         let true_cone = Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
-        let (mut clip, mut is_tied) = (ends, false);
+        let (mut clip, mut is_tied) = (ends, as_wide);
         for (normal, point, sign) in [(plane(i, own), first, 1.0), (plane(i + 1, own), last, -1.0)]
         {
             let (inside, change) = ((start - point).dot(normal) * sign, way.dot(normal) * sign);
@@ -149,12 +155,23 @@ pub(crate) fn meet(
                 clip = [f64::INFINITY, f64::NEG_INFINITY];
             }
         }
-        Met { color, way: through(&cone, &true_cone, start, way, clip), is_tied }
+        match through(&cone, &true_cone, start, way, clip) {
+            Ok(way) => Met { color, way, is_tied },
+            Err(OnSurface) => Met { color, way: None, is_tied: true },
+        }
     };
     (0..v.len() - 1).map(capsule).collect()
 }
 
-fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) -> Option<Way> {
+struct OnSurface;
+
+fn through(
+    cone: &Cone,
+    own: &Cone,
+    start: DVec3,
+    way: DVec3,
+    clip: [f64; 2],
+) -> Result<Option<Way>, OnSurface> {
     let point = |t: f64| start + way * t;
     let depth = |t: f64| cone.depth(point(t));
     // The depth is concave along the ray; far outside the capsule nothing is searched.
@@ -171,8 +188,11 @@ fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) ->
     }
     let deepest = 0.5 * (low + high);
     let miss = depth(deepest);
-    if miss <= 0.0 {
-        return None;
+    if miss.abs() < ON_SURFACE {
+        return Err(OnSurface);
+    }
+    if miss < 0.0 {
+        return Ok(None);
     }
     let crossing = |outside: f64| {
         if depth(outside) > 0.0 {
@@ -191,16 +211,17 @@ fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) ->
     };
     let whole = [crossing(near - far), crossing(near + far)];
     let [enters, leaves] = [whole[0].max(clip[0]), whole[1].min(clip[1])];
+    let radii = [enters, leaves].map(|t| cone.radius(point(t)));
+    // Through the very tip a ray's length in diameters is infinite.
+    if enters < leaves && radii[0].min(radii[1]) < ON_SURFACE {
+        return Err(OnSurface);
+    }
+    // The integral of 1 / (2 r) over a linear r.
     let diameters = |from: f64, to: f64| {
-        let step = (to - from) / f64::from(2 * PANELS);
-        let value = |i: u32| 0.5 / cone.radius(point(from + step * f64::from(i)));
-        let weight = |i: u32| match i {
-            _ if i == 0 || i == 2 * PANELS => 1.0,
-            _ if i % 2 == 1 => 4.0,
-            _ => 2.0,
-        };
-        let sum: f64 = (0..=2 * PANELS).map(|i| weight(i) * value(i)).sum();
-        sum * step / 3.0 * way.length()
+        let [a, b] = [from, to].map(|t| cone.radius(point(t)));
+        let length = (to - from) * way.length();
+        let is_even = (b - a).abs() < 1e-6 * (a + b);
+        if is_even { length / (a + b) } else { 0.5 * length * (b / a).ln() / (b - a) }
     };
     let middle = point(0.5 * (enters + leaves));
     let thin = (own.radius(middle) / cone.radius(middle)).clamp(0.0, 1.0);
@@ -211,6 +232,5 @@ fn through(cone: &Cone, own: &Cone, start: DVec3, way: DVec3, clip: [f64; 2]) ->
     let turn = 1.0 - cosine * cosine;
     let is_endless = turn <= grows * grows || turn < ALONG;
     let whole = if is_endless { f64::INFINITY } else { diameters(whole[0], whole[1]) };
-    let radii = [enters, leaves].map(|t| cone.radius(point(t)));
-    (enters < leaves).then_some(Way { enters, leaves, radii, miss, inside, whole, thin })
+    Ok((enters < leaves).then_some(Way { enters, leaves, radii, miss, inside, whole, thin }))
 }

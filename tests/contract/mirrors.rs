@@ -241,6 +241,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
     let real = [
         ("ALONG", gaussian::ALONG),
         ("AT_THE_END", gaussian::AT_THE_END),
+        ("ENDLESS_SHARE", capsule::ENDLESS_SHARE),
         ("LONGEST_WAY", capsule::LONGEST_WAY),
         ("PARALLEL", capsule::PARALLEL),
         ("SHEEN", shading::SHEEN),

@@ -12,7 +12,8 @@ import package::sums::sums::{tau_absorbed, whole_tau};
 
 const PARALLEL: f32 = 1e-8; // least squared sine between a ray and the axis
 const LONGEST_WAY: f32 = 1e6;   // [diameters]; seen along the axis, a strand with a longer way covers nothing
-const TIP: f32 = 0.9999;    // largest change of the radius along a ray, as a share of the mean radius
+const ENDLESS_SHARE: f32 = 1e-5; // of the squared sine: rays as steep as the cone never leave it
+const TIP: f32 = 0.999999;    // largest change of the radius along a ray, as a share of the mean radius
 
 // A capsule in a view: to the right, down and along the view's axis [m].
 struct CapsuleSetup {
@@ -164,7 +165,7 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     );
     return Way(
         inside,
-        select(LONGEST_WAY, max(of_whole, inside), open > 0.0 && !is_along),
+        select(LONGEST_WAY, max(of_whole, inside), open > ENDLESS_SHARE * sine && !is_along),
         // Exactly 1 on every device: division may round otherwise.
         select(1.0, clamp(radius_at(capsule.taper, along) / mean, 0.0, 1.0), is_thin),
         // A ray that begins inside enters at the near plane, never in front of it by rounding.

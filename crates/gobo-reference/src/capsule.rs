@@ -25,8 +25,10 @@ use gobo::{
 pub const PARALLEL: f32 = 1e-8;
 /// Longest path that covers anything: beyond it the capsule is seen along its axis \[diameters\].
 pub const LONGEST_WAY: f32 = 1e6;
+/// Share of the squared sine between a ray and the axis: a ray that is as steep as the cone never leaves it.
+pub const ENDLESS_SHARE: f32 = 1e-5;
 /// Largest change of the radius along a ray, in mean radii.
-pub const TIP: f32 = 0.9999;
+pub const TIP: f32 = 0.999999;
 /// Least transmittance of a diameter, so that its optical depth is finite.
 pub const LEAST_PASSED: f32 = 1e-9;
 
@@ -190,7 +192,7 @@ impl CapsuleSetup {
         let share = (self.taper.at(point) / line.at(point)).clamp(0.0, 1.0);
         (inside > 0.0).then(|| Way {
             inside,
-            whole: if open > 0.0 && !is_along {
+            whole: if open > ENDLESS_SHARE * sine && !is_along {
                 diameters(whole[0], whole[1]).max(inside)
             } else {
                 LONGEST_WAY

@@ -106,7 +106,8 @@ fn add_light(index: u32, by_maps: vec3<f32>) {
     let cosine = dot(point.normal, arriving.toward);
     var through = masked(index, point).share * by_maps;
     let passed = arriving.color * through;
-    let to_eye = normalize(eye() - point.position);
+    let ahead_of_eye = eye() - point.position; // 0 from the middle of a strand or a voxel
+    let to_eye = ahead_of_eye / max(length(ahead_of_eye), 1e-30);
     var once = scattered(point, cosine);
     if HAS_CAPSULES {
         let strand = strand_scattered(point.normal, arriving.toward, to_eye, point.roughness);

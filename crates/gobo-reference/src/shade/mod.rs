@@ -291,7 +291,7 @@ impl Eye<'_> {
                 pixel: UVec2::ZERO,
                 face: Vec3::ZERO,
                 normal: Vec3::ZERO,
-                to_eye: (self.position() - position).normalize(),
+                to_eye: (self.position() - position).normalize_or_zero(),
                 // A curve holds the shadow of a point's own brick, too.
                 reach: if self.lighting.has_curves() { 0.0 } else { x + y + z },
                 receiver: Receiver::new(material, 0),

@@ -23,7 +23,7 @@ impl Eye<'_> {
             pixel: UVec2::ZERO,
             face: Vec3::ZERO,
             normal: (record.last - record.first).normalize_or_zero(),
-            to_eye: (self.position() - caster.center).normalize(),
+            to_eye: (self.position() - caster.center).normalize_or_zero(),
             // It does not shadow itself.
             reach: record.first_radius.max(record.last_radius),
             receiver: Receiver::new(material, record.id),
