@@ -35,8 +35,10 @@ pub const PLACE: KernelDesc = KernelDesc {
 pub const EMIT: KernelDesc = KernelDesc {
     name: "bucket_emit",
     with: &[Choice::new("bucket", "bin/bucket_emit.wgsl"), SCAN],
+    tiers: Tier::ALL,
     ..COUNT
 };
 
 /// The pairs of each tile, front to back.
-pub const SORT: KernelDesc = KernelDesc::new("bucket_sort", "bin/buckets.wgsl");
+pub const SORT: KernelDesc =
+    KernelDesc { tiers: Tier::BY_RECORDS, ..KernelDesc::new("bucket_sort", "bin/buckets.wgsl") };

@@ -2,7 +2,7 @@
 //! inputs and poisoned outputs.
 use super::by_hand::{
     ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, casters, disc, dispatches,
-    records, run, texel_of, tile_records, view_buffer,
+    pairs, records, run, texel_of, tile_records, view_buffer,
 };
 use crate::common::{
     TIERS, gpu,
@@ -122,6 +122,7 @@ struct Inputs {
     materials: wgpu::Buffer,
     counters: wgpu::Buffer,
     casters: Resource,
+    pairs: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
     opaques: wgpu::Texture,
 }
@@ -136,7 +137,6 @@ impl Inputs {
         let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &soft);
         let texels =
             |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
-        let pairs: Vec<_> = batch.pairs.iter().map(|&id| [POISON, id]).collect();
         let opaques = gpu.texture_array("opaques", ATLAS, Format::R32Float);
         gpu.write_texture(&opaques, &batch.opaques);
         let images = gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm);
@@ -149,12 +149,12 @@ impl Inputs {
             ),
             counters: counters(gpu),
             casters: casters(gpu, &[caster]),
+            pairs: pairs(gpu, &batch.pairs),
             textures: vec![
                 texels("tiles", tiles),
                 texels("footprints", bytemuck::cast_slice(&batch.footprints)),
                 texels("setups", &[]),
                 texels("triangles", &[]),
-                ("pairs", records(gpu, "pairs", Format::Rg32Uint, &pairs)),
                 ("images", images),
             ],
             opaques,
@@ -165,7 +165,8 @@ impl Inputs {
         let named = Resources::new()
             .with("views", &self.views)
             .with("materials", &self.materials)
-            .with("casters", self.casters.clone())
+            .with("casters", &self.casters)
+            .with("pairs", &self.pairs)
             .with("counters", &self.counters)
             .with("opaques", &self.opaques);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))

@@ -1,7 +1,7 @@
 //! A handmade batch: two views in a poisoned atlas, their tiles and sums, and a kernel's outputs.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3},
-    gpu::{Constant, Gpu, KernelDesc, RecordForm, Resource, Resources, Tier},
+    gpu::{Constant, Gpu, KernelDesc, Resource, Resources, Tier},
     records::{CasterRecord, Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
     stage::{
         features::{Features, Flags},
@@ -93,15 +93,22 @@ pub(super) fn records<const N: usize>(
     texture
 }
 
-/// Casters in the form in which the tier's kernels read them.
+/// Casters where the tier's kernels read them.
 pub(super) fn casters(gpu: &Gpu, casters: &[CasterRecord]) -> Resource {
-    match gpu.tier.record_form() {
-        RecordForm::Buffers => (&gpu.upload("casters", casters, BufferUsages::STORAGE)).into(),
-        RecordForm::Textures => {
-            let texels = bytemuck::cast_slice(casters);
-            (&records::<4>(gpu, "casters", Format::Rgba32Uint, texels)).into()
-        }
-    }
+    let texels: &[[u32; 4]] = bytemuck::cast_slice(casters);
+    crate::common::records::records(
+        gpu,
+        gpu.tier,
+        ("casters", Format::Rgba32Uint),
+        texels,
+        [POISON; 4],
+    )
+}
+
+/// Pairs of a tile, which no walk reads, and a footprint.
+pub(super) fn pairs(gpu: &Gpu, footprints: &[u32]) -> Resource {
+    let pairs: Vec<_> = footprints.iter().map(|&id| [POISON, id]).collect();
+    crate::common::records::records(gpu, gpu.tier, ("pairs", Format::Rg32Uint), &pairs, [POISON; 2])
 }
 
 /// A soft disc, or an opaque one, of an orthographic view.

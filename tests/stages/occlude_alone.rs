@@ -3,8 +3,8 @@
 use super::{
     blockers::{Batch, Blocker, depths},
     by_hand::{
-        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, casters, disc, dispatches, records, run_all,
-        texel_of, tile_records, view_buffer, views,
+        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, casters, disc, dispatches, pairs, records,
+        run_all, texel_of, tile_records, view_buffer, views,
     },
 };
 use crate::common::{
@@ -44,6 +44,7 @@ struct Inputs {
     materials: wgpu::Buffer,
     small: wgpu::Buffer,
     casters: Resource,
+    pairs: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
 }
 
@@ -75,7 +76,6 @@ impl Inputs {
         let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &solid);
         let texels =
             |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
-        let pairs: Vec<_> = batch.pairs.iter().map(|&id| [POISON, id]).collect();
         Self {
             views: view_buffer(gpu),
             materials: gpu.upload(
@@ -85,12 +85,12 @@ impl Inputs {
             ),
             small: gpu.upload("small_depths", &[0_u32], BufferUsages::STORAGE),
             casters: casters(gpu, &[caster]),
+            pairs: pairs(gpu, &batch.pairs),
             textures: vec![
                 texels("tiles", tiles),
                 texels("footprints", bytemuck::cast_slice(&footprints)),
                 texels("setups", bytemuck::cast_slice(&setups)),
                 texels("triangles", &[]),
-                ("pairs", records(gpu, "pairs", Format::Rg32Uint, &pairs)),
                 ("images", gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm)),
             ],
         }
@@ -100,7 +100,8 @@ impl Inputs {
         let named = Resources::new()
             .with("views", &self.views)
             .with("materials", &self.materials)
-            .with("casters", self.casters.clone())
+            .with("casters", &self.casters)
+            .with("pairs", &self.pairs)
             .with("small_depths", &self.small);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))
     }

@@ -1,6 +1,7 @@
 //! From casters to footprints, keys and tile rectangles.
 use crate::common::{
-    gpu,
+    TIERS, gpu,
+    records::{read_records, records},
     scenes::{Chance, empty, light, material, particle, triangle},
 };
 use gobo::{
@@ -8,13 +9,12 @@ use gobo::{
     gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{LightKind, Material, Scene, Shape, Transfer},
     records::{
-        CASTER_TEXELS, CasterRecord, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView,
-        MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord,
-        TriangleSetup,
+        CasterRecord, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS,
+        SETUP_TEXELS, TileRect, TriangleRecord, TriangleSetup,
     },
     stage::{
         project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
-        sort::{PAIR_FORMAT, PAIR_ROW, pair_texture_size},
+        sort::{PAIR_FORMAT, PAIR_ROW},
     },
     view::shadow_views,
     wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
@@ -92,6 +92,7 @@ fn chunks(count: u32, views: u32) -> (Vec<Chunk>, u32) {
 }
 
 /// Output of the kernel, with poison in the gaps.
+#[derive(Debug, PartialEq)]
 struct Written {
     keys: Vec<Pair>,
     rects: Vec<Pair>,
@@ -114,25 +115,32 @@ fn poisoned(gpu: &Gpu, name: &str, texels: u32) -> wgpu::Texture {
     texture
 }
 
+/// Written by every form of a kernel.
 fn project<T: bytemuck::NoUninit>(
     gpu: &Gpu,
     desc: &'static KernelDesc,
-    (name, texels, records): (&'static str, u32, &[T]),
+    casters: (&'static str, &[T]),
     input: &Input<'_>,
 ) -> Written {
-    let kernel = gpu.kernels.kernel(&gpu.device, desc, Tier::Core, &[], &[]).unwrap();
-    let size = [PAIR_ROW, (texels * records.len() as u32).div_ceil(PAIR_ROW).max(1)];
-    let casters = gpu.texture(name, size, Rgba32Uint);
-    let mut words: Vec<u32> = bytemuck::cast_slice(records).to_vec();
-    words.resize((size[0] * size[1] * 4) as usize, 0);
-    gpu.write_texture(&casters, &words);
-    let pairs = |name: &str| {
-        let size = pair_texture_size(input.footprint_count);
-        let texture = gpu.texture(name, size, PAIR_FORMAT);
-        gpu.write_texture(&texture, &vec![[POISON; 2]; (size[0] * size[1]) as usize]);
-        texture
-    };
-    let (keys, rects) = (pairs("keys"), pairs("rects"));
+    let [core, native] = TIERS.map(|tier| project_on(gpu, tier, desc, casters, input));
+    assert_eq!(core, native, "{}", desc.name);
+    core
+}
+
+fn project_on<T: bytemuck::NoUninit>(
+    gpu: &Gpu,
+    tier: Tier,
+    desc: &'static KernelDesc,
+    (name, casters): (&'static str, &[T]),
+    input: &Input<'_>,
+) -> Written {
+    let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], &[]).unwrap();
+    let texels: &[[u32; 4]] = bytemuck::cast_slice(casters);
+    let form_of = |name| if name == "triangles" { Tier::Core } else { tier };
+    let casters = records(gpu, form_of(name), (name, Rgba32Uint), texels, [0; 4]);
+    let poison = vec![[POISON; 2]; input.footprint_count as usize];
+    let pairs = |name, tier| records(gpu, tier, (name, PAIR_FORMAT), &poison, [POISON; 2]);
+    let (keys, rects) = (pairs("keys", tier), pairs("rects", Tier::Core));
     let footprints = poisoned(gpu, "footprints", FOOTPRINT_TEXELS * input.footprint_count);
     let setups = poisoned(gpu, "setups", SETUP_TEXELS * input.footprint_count);
     let mut views = input.views.to_vec();
@@ -144,7 +152,7 @@ fn project<T: bytemuck::NoUninit>(
     let params = gpu.upload("project_params", &[input.params], BufferUsages::UNIFORM);
     let chunks = gpu.upload("chunks", input.chunks, BufferUsages::STORAGE);
     let resources = Resources::new()
-        .with(name, &casters)
+        .with(name, casters)
         .with("views", &views)
         .with("materials", &materials)
         .with("project_params", &params)
@@ -160,8 +168,8 @@ fn project<T: bytemuck::NoUninit>(
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
     Written {
-        keys: gpu.read_texture(&keys),
-        rects: gpu.read_texture(&rects),
+        keys: read_records(gpu, &keys),
+        rects: read_records(gpu, &rects),
         footprints: gpu.read_texture(&footprints),
         setups: gpu.read_texture(&setups),
     }
@@ -227,7 +235,7 @@ impl Written {
 
 #[test]
 fn particles_are_projected_as_the_reference_does() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Native);
     let scene = lit(materials());
     let views = views_of(&scene);
     let materials: Vec<_> = scene.materials.iter().map(|m| GpuMaterial::new(m, &[])).collect();
@@ -259,7 +267,7 @@ fn particles_are_projected_as_the_reference_does() {
         let params = ProjectParams { chunk_count: chunks.len() as u32, ..params };
         let (views, materials) = (&views, &materials);
         let input = Input { views, materials, chunks: &chunks, footprint_count, params };
-        let written = project(&gpu, &PARTICLES, ("casters", CASTER_TEXELS, &casters), &input);
+        let written = project(&gpu, &PARTICLES, ("casters", &casters), &input);
         let mut all = Compared::default();
         for chunk in &chunks {
             for lane in 0..chunk.count {
@@ -289,7 +297,7 @@ fn particles_are_projected_as_the_reference_does() {
 
 #[test]
 fn triangles_are_projected_as_the_reference_does() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Native);
     let scene = lit(materials());
     let views = views_of(&scene);
     let materials: Vec<_> = scene.materials.iter().map(|m| GpuMaterial::new(m, &[])).collect();
@@ -318,7 +326,7 @@ fn triangles_are_projected_as_the_reference_does() {
         };
         let (views, materials) = (&views, &materials);
         let input = Input { views, materials, chunks: &chunks, footprint_count, params };
-        let written = project(&gpu, &TRIANGLES, ("triangles", TRIANGLE_TEXELS, &records), &input);
+        let written = project(&gpu, &TRIANGLES, ("triangles", &records), &input);
         let mut all = Compared::default();
         for chunk in &chunks {
             for lane in 0..chunk.count {

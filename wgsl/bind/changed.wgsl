@@ -7,6 +7,9 @@ import package::records::record::CasterRecord;
 import package::records::tile::Segment;
 
 @group(0) @binding(33) var<storage, read_write> casters: array<CasterRecord>;
+@group(0) @binding(46) var<storage, read_write> pairs: array<vec2<u32>>;
+@group(0) @binding(57) var<storage, read_write> keys: array<vec2<u32>>;
+@group(0) @binding(61) var<storage, read_write> sorted_pairs: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(11) var<storage, read_write> dispatches: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read_write> merged_tiles: array<u32>;

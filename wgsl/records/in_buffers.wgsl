@@ -1,8 +1,20 @@
 // Records from the buffers that they were written to.
 
-import package::bind::read::casters;
+import package::bind::read::{casters, keys, pairs, sorted};
 import package::records::record::CasterRecord;
 
 fn caster_record(index: u32) -> CasterRecord {
     return casters[index];
+}
+
+fn key_record(footprint: u32) -> vec2<u32> {
+    return keys[footprint];
+}
+
+fn sorted_record(index: u32) -> vec2<u32> {
+    return sorted[index];
+}
+
+fn pair_record(index: u32) -> vec2<u32> {
+    return pairs[index];
 }

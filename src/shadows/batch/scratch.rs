@@ -5,7 +5,7 @@ use crate::shadows::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Resources, Tier, view},
+    gpu::{Allocator, RecordForm, Resource, Resources, Tier, view},
     model::TILE_SIZE,
     records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, SETUP_TEXELS},
     stage::{
@@ -28,11 +28,11 @@ pub struct Scratch {
     /// Scratch resources that kernels of every list use.
     pub resources: Resources,
     /// Depth keys and footprints, before and after a pass of the sort.
-    pub keys: [TextureView; 2],
+    pub keys: [Resource; 2],
     /// Tiles of each footprint.
     pub rects: TextureView,
     /// Pairs of a tile and a footprint.
-    pub pairs: [TextureView; 2],
+    pub pairs: [Resource; 2],
     /// Room for pairs.
     pub pair_capacity: u32,
     /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
@@ -57,6 +57,8 @@ pub struct Scratch {
 /// Sizes of the scratch memory: the peak over lists and batches.
 #[derive(Clone, Copy, Debug)]
 struct ScratchSizes {
+    /// Where records are.
+    form: RecordForm,
     footprints: u64,
     setups: u64,
     tiles: u64,
@@ -128,6 +130,7 @@ impl ScratchSizes {
         let buckets = lists().map(|list| list.bucket_room(&config.tuning, pairs));
         let with_parts = plans.iter().filter(|plan| plan.lists.iter().any(|list| parts(&list)));
         Self {
+            form: config.tuning.record_form,
             footprints,
             setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
             tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
@@ -222,14 +225,15 @@ impl Scratch {
         let of_footprint = |texels: u32| sizes.footprints * u64::from(texels);
         let footprints =
             records("footprints", TextureFormat::Rgba32Uint, of_footprint(FOOTPRINT_TEXELS))?;
-        let [a, b] = [(); 2].map(|()| records("keys", PAIR_FORMAT, sizes.footprints));
-        let keys = [a?, b?];
         let rects = records("rects", PAIR_FORMAT, sizes.footprints)?;
         let texels = sizes.setups * u64::from(SETUP_TEXELS);
         let setups = records("setups", TextureFormat::Rgba32Uint, texels)?;
-        let [a, b] = [(); 2].map(|()| records("pairs", PAIR_FORMAT, sizes.part_room.into()));
-        let pairs = [a?, b?];
         let tiles = records("tiles", TextureFormat::Rgba32Uint, sizes.tiles)?;
+        let mut of_pairs =
+            |name, count| allocator.written::<[u32; 2]>(sizes.form, name, PAIR_FORMAT, count);
+        let keys = [of_pairs("keys", sizes.footprints)?, of_pairs("keys", sizes.footprints)?];
+        let room = u64::from(sizes.part_room);
+        let pairs = [of_pairs("pairs", room)?, of_pairs("pairs", room)?];
         let none = BufferUsages::empty();
         let texels = composed_texels(sizes.part_room);
         let composed = sizes
@@ -312,7 +316,8 @@ impl Scratch {
         let (limits, nodes) = (device.limits(), config.nodes());
         let need = ScratchSizes::of(config, plans, pairs, pair_limit(device), nodes, &limits);
         let sizes = self.sizes;
-        need.footprints <= sizes.footprints
+        need.form == sizes.form
+            && need.footprints <= sizes.footprints
             && need.setups <= sizes.setups
             && need.tiles <= sizes.tiles
             && need.summed_tiles <= sizes.summed_tiles

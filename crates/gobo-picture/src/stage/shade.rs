@@ -9,7 +9,7 @@ use gobo::{
     gpu::{Choice, Constant, KernelDesc, Tier},
     stage::{
         light_points::{POINT_LANES, of_points},
-        walk::{IN_ORDER, LANE_CASTER, PAIRS, WALK},
+        walk::{IN_ORDER, LANE_CASTER, WALK},
     },
 };
 
@@ -45,7 +45,7 @@ const CATCHERS: Choice = Choice::new("catcher", "shade/composite_kept.wgsl");
 
 /// The opaque surface of each pixel.
 pub const SEEN: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, WALK, PAIRS, LANE_CASTER],
+    with: &[IN_ORDER, SEEN_STATE, WALK, LANE_CASTER],
     constants: &[FILTERS_IMAGES],
     tiers: Tier::ALL,
     ..kernel("shade_seen", "shade/shade_seen.wgsl")
@@ -53,7 +53,7 @@ pub const SEEN: KernelDesc = KernelDesc {
 
 /// Translucent layers in front of each pixel's surface.
 pub const LAYERS: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, LAYER_STATE, WALK, PAIRS, LANE_CASTER],
+    with: &[IN_ORDER, LAYER_STATE, WALK, LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
     tiers: Tier::ALL,
     ..kernel("shade_layers", "shade/shade_layers.wgsl")
