@@ -19,7 +19,7 @@ pub const COUNT: KernelDesc = KernelDesc {
     entry: "bucket_tiles",
     with: &[Choice::new("bucket", "bin/bucket_count.wgsl"), SCAN],
     constants: &[("SCAN_LANES", BUCKET_LANES as f64)],
-    tiers: Tier::BY_SUBGROUPS,
+    tiers: Tier::ALL,
     ..KernelDesc::new("bucket_count", "bin/buckets.wgsl")
 };
 
@@ -35,7 +35,6 @@ pub const PLACE: KernelDesc = KernelDesc {
 pub const EMIT: KernelDesc = KernelDesc {
     name: "bucket_emit",
     with: &[Choice::new("bucket", "bin/bucket_emit.wgsl"), SCAN],
-    tiers: Tier::ALL,
     ..COUNT
 };
 

@@ -280,7 +280,6 @@ const TEXELS: &[&str] = &[
 
 /// Records that are in textures on every device.
 const IN_TEXTURES: &[&str] = &[
-    "clipped_rects",
     "clusters",
     "footprints",
     "histograms",
@@ -289,13 +288,12 @@ const IN_TEXTURES: &[&str] = &[
     "masks",
     "new_levels",
     "points",
-    "rects",
     "setups",
     "tiles",
 ];
 
 /// Records that are in textures where a device's `RecordForm` is `Textures`.
-const IN_EITHER: &[&str] = &["keys", "pairs", "sorted_pairs"];
+const IN_EITHER: &[&str] = &["clipped_rects", "keys", "pairs", "rects", "sorted_pairs"];
 
 fn is_written_texture(binding: &Binding) -> bool {
     match binding.kind {

@@ -2,7 +2,7 @@
 //! inputs and poisoned outputs.
 use super::by_hand::{
     ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, casters, disc, dispatches,
-    pairs, records, run, texel_of, tile_records, view_buffer,
+    in_form, pairs, records, run, texel_of, tile_records, view_buffer,
 };
 use crate::common::{
     TIERS, gpu,
@@ -339,7 +339,7 @@ fn assert_scattered(tier: Tier, tiny: bool) {
     };
     let rects = vec![[rect.corners, rect.mask_view]; count + 1];
     let inputs = Inputs::new(&gpu, &batch, &[]);
-    let rects = records(&gpu, "rects", Format::Rg32Uint, &rects);
+    let rects = in_form(&gpu, "rects", Format::Rg32Uint, &rects);
     let sums = Sums::new(&gpu, tier, &earlier());
     let flags = gpu.upload(
         "scattered_tiles",
@@ -357,7 +357,7 @@ fn assert_scattered(tier: Tier, tiny: bool) {
     let resources = inputs
         .resources()
         .and(&sums.resources())
-        .with("rects", &rects)
+        .with("rects", rects)
         .with("scattered_tiles", &flags)
         .with("chunks", &chunks)
         .with("project_params", &params)

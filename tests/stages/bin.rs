@@ -128,7 +128,7 @@ fn emitted(
     let corners: Vec<_> =
         rects.iter().map(|rect| Pair { key: rect.corners, value: rect.mask_view }).collect();
     let keys = of_pairs("sorted", tier, &keys);
-    let corners = of_pairs("rects", Tier::Core, &corners);
+    let corners = of_pairs("rects", tier, &corners);
     let pairs = of_pairs("pairs", tier, &vec![poison; pair_capacity as usize]);
     let size = pair_texture_size(GAUSSIAN_TEXELS * outlines.len().max(1) as u32);
     let setups = gpu.texture("setups", size, wgpu::TextureFormat::Rgba32Uint);

@@ -77,7 +77,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
         .with("bin_params", &gpu.upload("bin_params", &[params], BufferUsages::UNIFORM))
         .with("views", &gpu.upload("views", &all_views, BufferUsages::UNIFORM))
         .with("keys", of_pairs("keys", tier, keys))
-        .with("rects", of_pairs("rects", Tier::Core, &corners))
+        .with("rects", of_pairs("rects", tier, &corners))
         .with("counters", &counters)
         .with("dispatches", &words("dispatches", 4 * bin::DispatchEntry::COUNT as usize))
         .with("scattered_tiles", &words("scattered_tiles", TILES as usize))

@@ -93,22 +93,25 @@ pub(super) fn records<const N: usize>(
     texture
 }
 
-/// Casters where the tier's kernels read them.
+/// Records where the device's kernels read them; poison follows.
+pub(super) fn in_form<const N: usize>(
+    gpu: &Gpu,
+    name: &str,
+    format: Format,
+    words: &[[u32; N]],
+) -> Resource {
+    crate::common::records::records(gpu, gpu.tier, (name, format), words, [POISON; N])
+}
+
+/// Casters where the device's kernels read them.
 pub(super) fn casters(gpu: &Gpu, casters: &[CasterRecord]) -> Resource {
-    let texels: &[[u32; 4]] = bytemuck::cast_slice(casters);
-    crate::common::records::records(
-        gpu,
-        gpu.tier,
-        ("casters", Format::Rgba32Uint),
-        texels,
-        [POISON; 4],
-    )
+    in_form::<4>(gpu, "casters", Format::Rgba32Uint, bytemuck::cast_slice(casters))
 }
 
 /// Pairs of a tile, which no walk reads, and a footprint.
 pub(super) fn pairs(gpu: &Gpu, footprints: &[u32]) -> Resource {
     let pairs: Vec<_> = footprints.iter().map(|&id| [POISON, id]).collect();
-    crate::common::records::records(gpu, gpu.tier, ("pairs", Format::Rg32Uint), &pairs, [POISON; 2])
+    in_form(gpu, "pairs", Format::Rg32Uint, &pairs)
 }
 
 /// A soft disc, or an opaque one, of an orthographic view.

@@ -3,8 +3,8 @@
 use super::{
     blockers::{Batch, Blocker, depths},
     by_hand::{
-        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, casters, disc, dispatches, pairs, records,
-        run_all, texel_of, tile_records, view_buffer, views,
+        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, casters, disc, dispatches, in_form, pairs,
+        records, run_all, texel_of, tile_records, view_buffer, views,
     },
 };
 use crate::common::{
@@ -236,7 +236,7 @@ fn overflow_raises_the_nearness_of_its_rectangle() {
         let rect = TileRect { corners: 1 | 1 << 16, mask_view: 1 | 1 << 16 };
         let inputs = Inputs::new(&gpu, &batch, &[]);
         let rects = vec![[rect.corners, rect.mask_view]; count + 1];
-        let rects = records(&gpu, "rects", Format::Rg32Uint, &rects);
+        let rects = in_form(&gpu, "rects", Format::Rg32Uint, &rects);
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let flags = gpu.upload("scattered_tiles", &[POISON; TILES as usize], usage);
         // The first footprint, which is in front of everything, is listed past the count.
@@ -247,7 +247,7 @@ fn overflow_raises_the_nearness_of_its_rectangle() {
         let resources = inputs
             .resources()
             .and(&sums.resources())
-            .with("rects", &rects)
+            .with("rects", rects)
             .with("scattered_tiles", &flags)
             .with("overflow", &overflow)
             .with("dispatches", &dispatches);

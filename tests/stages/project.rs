@@ -140,7 +140,7 @@ fn project_on<T: bytemuck::NoUninit>(
     let casters = records(gpu, form_of(name), (name, Rgba32Uint), texels, [0; 4]);
     let poison = vec![[POISON; 2]; input.footprint_count as usize];
     let pairs = |name, tier| records(gpu, tier, (name, PAIR_FORMAT), &poison, [POISON; 2]);
-    let (keys, rects) = (pairs("keys", tier), pairs("rects", Tier::Core));
+    let (keys, rects) = (pairs("keys", tier), pairs("rects", tier));
     let footprints = poisoned(gpu, "footprints", FOOTPRINT_TEXELS * input.footprint_count);
     let setups = poisoned(gpu, "setups", SETUP_TEXELS * input.footprint_count);
     let mut views = input.views.to_vec();

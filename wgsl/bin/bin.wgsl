@@ -3,16 +3,14 @@
 
 import package::bin::tiles::raise_dispatch;
 import package::bind::changed::{counters, dispatches, overflow, run_offsets, scattered_tiles, tile_cursors};
-import package::bind::loaded::rects;
 import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{
     OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH, RUN_PAIRS, emit_turns, rect_count,
 };
 import package::records::outline::{is_outlined, load_outline, outline_farthest, outlined_columns};
-import package::records::record::record_texel;
 import package::scan::prefix::{SCAN_LANES, agreed};
-import choice::records::sorted_record;
+import choice::records::{rect_record, sorted_record};
 import choice::scan::prefix_sum;
 import choice::writes::write_pair;
 
@@ -66,7 +64,7 @@ fn bin_count(
     var visible = 0u;
     for (var i = first; i < end; i += 1u) {
         let footprint = sorted_record(i).y;
-        let rect = textureLoad(rects, record_texel(footprint)).rg;
+        let rect = rect_record(footprint);
         let count = rect_count(rect);
         let turns = emit_turns(rect, count);
         let counted = run_turns + turns <= RUN_PAIRS;
@@ -127,7 +125,7 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     var overflowed = 0u; // running total of all runs after this one's last addition
     for (var i = first; i < end; i += 1u) {
         let footprint = sorted_record(i).y;
-        let rect = textureLoad(rects, record_texel(footprint)).rg;
+        let rect = rect_record(footprint);
         var count = rect_count(rect);
         let turns = emit_turns(rect, count);
         let counted = run_turns + turns <= RUN_PAIRS;

@@ -4,14 +4,12 @@
 import package::bin::bin::emit_outlined;
 import package::bin::tiles::raise_dispatch;
 import package::bind::changed::{counters, overflow, run_offsets};
-import package::bind::loaded::rects;
 import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH, rect_count};
 import package::records::outline::is_outlined;
-import package::records::record::record_texel;
 import package::scan::prefix::SCAN_LANES;
-import choice::records::sorted_record;
+import choice::records::{rect_record, sorted_record};
 import choice::scan::prefix_sum;
 import choice::writes::write_pair;
 
@@ -28,7 +26,7 @@ fn bin_count_wide(
     var visible = 0u;
     for (var i = first + lane; i < end; i += SCAN_LANES) {
         let footprint = sorted_record(i).y;
-        let count = rect_count(textureLoad(rects, record_texel(footprint)).rg);
+        let count = rect_count(rect_record(footprint));
         pair_count += count;
         visible += min(count, 1u);
     }
@@ -60,7 +58,7 @@ fn bin_emit_wide(
         var rect = vec2(0u);
         if i < end {
             footprint = sorted_record(i).y;
-            rect = textureLoad(rects, record_texel(footprint)).rg;
+            rect = rect_record(footprint);
         }
         let count = rect_count(rect);
         let prefix = prefix_sum(lane, count);

@@ -4,7 +4,6 @@
 import package::bin::bin_wide::{ends, lane_of, nth_tile, take, taken};
 import package::bin::tiles::record_tile;
 import package::bind::changed::{bucketed, counters, tile_cursors};
-import package::bind::loaded::rects;
 import package::bind::sampled::tiles;
 import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
@@ -14,6 +13,7 @@ import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::scan::prefix::{SCAN_LANES, agreed};
 import choice::bucket::{put_tile, see};
+import choice::records::rect_record;
 import choice::scan::prefix_sum;
 import choice::writes::write_pair;
 
@@ -40,7 +40,7 @@ fn bucket_tiles(
     let footprint = id.x;
     var rect = vec2(0u);
     if footprint < bin_params.footprint_count {
-        rect = textureLoad(rects, record_texel(footprint)).rg;
+        rect = rect_record(footprint);
     }
     let count = rect_count(rect);
     see(count);

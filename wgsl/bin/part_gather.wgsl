@@ -3,7 +3,6 @@
 // llvmpipe allows an invocation 65,535 turns. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::parts::band_of;
-import package::bind::loaded::rects;
 import package::bind::read::{dispatches, tile_pairs};
 import package::bind::sampled::tiles;
 import package::bind::uniform::bin_params;
@@ -12,7 +11,7 @@ import package::records::batch::{PART_DISPATCH, covers, workgroup_number};
 import package::records::outline::{is_outlined, is_within, load_outline};
 import package::records::record::record_texel;
 import package::records::tile::{Tile, tile_of};
-import choice::records::{key_record, sorted_record};
+import choice::records::{key_record, rect_record, sorted_record};
 import choice::writes::write_pair;
 
 const LANES: u32 = 128u;
@@ -34,7 +33,7 @@ fn test(tile: Tile, first: u32) {
     let bit = firstTrailingBit(left | 0x80000000u);
     let index = min(first + bit, bin_params.footprint_count - 1u);
     let footprint = footprint_of(index);
-    let rect = textureLoad(rects, record_texel(footprint)).rg;
+    let rect = rect_record(footprint);
     var touches = left != 0u && covers(rect, tile.view, tile.position);
     if HAS_GAUSSIANS && touches && is_outlined(rect) {
         touches = is_within(load_outline(footprint), rect, tile.position);

@@ -2,7 +2,6 @@
 
 import package::bin::tiles::record_tile;
 import package::bind::changed::{counters, dispatches, part_turn, tile_pairs};
-import package::bind::loaded::rects;
 import package::bind::uniform::{bin_params, part_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{
@@ -10,8 +9,7 @@ import package::records::batch::{
     workgroup_number,
 };
 import package::records::outline::{Outline, is_outlined, is_within, load_outline};
-import package::records::record::record_texel;
-import choice::records::sorted_record;
+import choice::records::{rect_record, sorted_record};
 import choice::writes::write_key;
 
 // Bands: runs of a batch's tiles. Each band has a row of bits, one per footprint in depth order, set if the
@@ -40,7 +38,7 @@ fn footprint_of(index: u32) -> u32 {
 }
 
 fn rect_of(index: u32) -> vec2<u32> {
-    let rect = textureLoad(rects, record_texel(footprint_of(index))).rg;
+    let rect = rect_record(footprint_of(index));
     return select(vec2(0u), rect, index < bin_params.footprint_count);
 }
 

@@ -8,8 +8,10 @@ import package::records::tile::Segment;
 
 @group(0) @binding(33) var<storage, read_write> casters: array<CasterRecord>;
 @group(0) @binding(46) var<storage, read_write> pairs: array<vec2<u32>>;
+@group(0) @binding(48) var<storage, read_write> rects: array<vec2<u32>>;
 @group(0) @binding(57) var<storage, read_write> keys: array<vec2<u32>>;
 @group(0) @binding(61) var<storage, read_write> sorted_pairs: array<vec2<u32>>;
+@group(0) @binding(69) var<storage, read_write> clipped_rects: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(11) var<storage, read_write> dispatches: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read_write> merged_tiles: array<u32>;

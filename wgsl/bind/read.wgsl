@@ -8,6 +8,7 @@ import package::records::tile::Segment;
 
 @group(0) @binding(33) var<storage, read> casters: array<CasterRecord>;
 @group(0) @binding(46) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(48) var<storage, read> rects: array<vec2<u32>>;
 @group(0) @binding(56) var<storage, read> sorted: array<vec2<u32>>;
 @group(0) @binding(57) var<storage, read> keys: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read> chunks: array<Chunk>;

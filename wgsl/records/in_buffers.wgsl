@@ -1,10 +1,14 @@
 // Records from the buffers that they were written to.
 
-import package::bind::read::{casters, keys, pairs, sorted};
+import package::bind::read::{casters, keys, pairs, rects, sorted};
 import package::records::record::CasterRecord;
 
 fn caster_record(index: u32) -> CasterRecord {
     return casters[index];
+}
+
+fn rect_record(footprint: u32) -> vec2<u32> {
+    return rects[footprint];
 }
 
 fn key_record(footprint: u32) -> vec2<u32> {

@@ -1,7 +1,7 @@
 // Records from textures: where a stage has few storage buffers, or the adapter reads them slowly. Casters that
 // kernels have written were copied there.
 
-import package::bind::sampled::{casters, keys, pairs, sorted};
+import package::bind::sampled::{casters, keys, pairs, rects, sorted};
 import package::records::record::{CasterRecord, record_texel};
 
 const CASTER_TEXELS: u32 = 2u;
@@ -11,6 +11,11 @@ fn caster_record(index: u32) -> CasterRecord {
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at), 0));
     let look = textureLoad(casters, record_texel(at + 1u), 0);
     return CasterRecord(place.xyz, place.w, look.x, look.y, look.z, look.w);
+}
+
+// Tiles of a footprint (wgsl/records/tile.wgsl).
+fn rect_record(footprint: u32) -> vec2<u32> {
+    return textureLoad(rects, record_texel(footprint), 0).xy;
 }
 
 // Depth key and footprint, before the sort; or words of bands (wgsl/bin/parts.wgsl).

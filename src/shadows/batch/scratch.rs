@@ -30,7 +30,7 @@ pub struct Scratch {
     /// Depth keys and footprints, before and after a pass of the sort.
     pub keys: [Resource; 2],
     /// Tiles of each footprint.
-    pub rects: TextureView,
+    pub rects: Resource,
     /// Pairs of a tile and a footprint.
     pub pairs: [Resource; 2],
     /// Room for pairs.
@@ -225,13 +225,15 @@ impl Scratch {
         let of_footprint = |texels: u32| sizes.footprints * u64::from(texels);
         let footprints =
             records("footprints", TextureFormat::Rgba32Uint, of_footprint(FOOTPRINT_TEXELS))?;
-        let rects = records("rects", PAIR_FORMAT, sizes.footprints)?;
         let texels = sizes.setups * u64::from(SETUP_TEXELS);
         let setups = records("setups", TextureFormat::Rgba32Uint, texels)?;
         let tiles = records("tiles", TextureFormat::Rgba32Uint, sizes.tiles)?;
         let mut of_pairs =
             |name, count| allocator.written::<[u32; 2]>(sizes.form, name, PAIR_FORMAT, count);
-        let keys = [of_pairs("keys", sizes.footprints)?, of_pairs("keys", sizes.footprints)?];
+        // `part_count` writes them 32 at a time.
+        let key_room = sizes.footprints.next_multiple_of(32);
+        let keys = [of_pairs("keys", key_room)?, of_pairs("keys", key_room)?];
+        let rects = of_pairs("rects", sizes.footprints)?;
         let room = u64::from(sizes.part_room);
         let pairs = [of_pairs("pairs", room)?, of_pairs("pairs", room)?];
         let none = BufferUsages::empty();

@@ -122,7 +122,10 @@ pub const CASTERS: KernelDesc = KernelDesc {
 pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_casters.wgsl"));
 
 /// Tiles of each footprint that are in a part of the picture.
-pub const CLIP: KernelDesc = of_points(kernel("shade_clip", "shade/shade_clip.wgsl"));
+pub const CLIP: KernelDesc = KernelDesc {
+    tiers: Tier::BY_RECORDS,
+    ..of_points(kernel("shade_clip", "shade/shade_clip.wgsl"))
+};
 
 gobo::gpu_struct! {
     /// WGSL: `crates/gobo-picture/wgsl/shade/band.wgsl`.
