@@ -281,7 +281,6 @@ const TEXELS: &[&str] = &[
 /// Records that are in textures on every device.
 const IN_TEXTURES: &[&str] = &[
     "clusters",
-    "footprints",
     "histograms",
     "layers",
     "lit",
@@ -293,7 +292,8 @@ const IN_TEXTURES: &[&str] = &[
 ];
 
 /// Records that are in textures where a device's `RecordForm` is `Textures`.
-const IN_EITHER: &[&str] = &["clipped_rects", "keys", "pairs", "rects", "sorted_pairs"];
+const IN_EITHER: &[&str] =
+    &["clipped_rects", "footprints", "keys", "pairs", "rects", "sorted_pairs"];
 
 fn is_written_texture(binding: &Binding) -> bool {
     match binding.kind {

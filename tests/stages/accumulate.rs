@@ -123,6 +123,7 @@ struct Inputs {
     counters: wgpu::Buffer,
     casters: Resource,
     pairs: Resource,
+    footprints: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
     opaques: wgpu::Texture,
 }
@@ -150,9 +151,14 @@ impl Inputs {
             counters: counters(gpu),
             casters: casters(gpu, &[caster]),
             pairs: pairs(gpu, &batch.pairs),
+            footprints: in_form::<4>(
+                gpu,
+                "footprints",
+                Format::Rgba32Uint,
+                bytemuck::cast_slice(&batch.footprints),
+            ),
             textures: vec![
                 texels("tiles", tiles),
-                texels("footprints", bytemuck::cast_slice(&batch.footprints)),
                 texels("setups", &[]),
                 texels("triangles", &[]),
                 ("images", images),
@@ -167,6 +173,7 @@ impl Inputs {
             .with("materials", &self.materials)
             .with("casters", &self.casters)
             .with("pairs", &self.pairs)
+            .with("footprints", &self.footprints)
             .with("counters", &self.counters)
             .with("opaques", &self.opaques);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))

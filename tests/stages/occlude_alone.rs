@@ -45,6 +45,7 @@ struct Inputs {
     small: wgpu::Buffer,
     casters: Resource,
     pairs: Resource,
+    footprints: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
 }
 
@@ -86,9 +87,14 @@ impl Inputs {
             small: gpu.upload("small_depths", &[0_u32], BufferUsages::STORAGE),
             casters: casters(gpu, &[caster]),
             pairs: pairs(gpu, &batch.pairs),
+            footprints: in_form::<4>(
+                gpu,
+                "footprints",
+                Format::Rgba32Uint,
+                bytemuck::cast_slice(&footprints),
+            ),
             textures: vec![
                 texels("tiles", tiles),
-                texels("footprints", bytemuck::cast_slice(&footprints)),
                 texels("setups", bytemuck::cast_slice(&setups)),
                 texels("triangles", &[]),
                 ("images", gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm)),
@@ -102,6 +108,7 @@ impl Inputs {
             .with("materials", &self.materials)
             .with("casters", &self.casters)
             .with("pairs", &self.pairs)
+            .with("footprints", &self.footprints)
             .with("small_depths", &self.small);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))
     }

@@ -9,8 +9,8 @@ use gobo::{
     gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{LightKind, Material, Scene, Shape, Transfer},
     records::{
-        CasterRecord, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS,
-        SETUP_TEXELS, TileRect, TriangleRecord, TriangleSetup,
+        CasterRecord, Footprint, GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS,
+        TileRect, TriangleRecord, TriangleSetup,
     },
     stage::{
         project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
@@ -141,7 +141,8 @@ fn project_on<T: bytemuck::NoUninit>(
     let poison = vec![[POISON; 2]; input.footprint_count as usize];
     let pairs = |name, tier| records(gpu, tier, (name, PAIR_FORMAT), &poison, [POISON; 2]);
     let (keys, rects) = (pairs("keys", tier), pairs("rects", tier));
-    let footprints = poisoned(gpu, "footprints", FOOTPRINT_TEXELS * input.footprint_count);
+    let poison = vec![[POISON; 8]; input.footprint_count as usize];
+    let footprints = records(gpu, tier, ("footprints", Rgba32Uint), &poison, [POISON; 8]);
     let setups = poisoned(gpu, "setups", SETUP_TEXELS * input.footprint_count);
     let mut views = input.views.to_vec();
     views.resize(MAX_VIEWS, input.views[0]);
@@ -170,7 +171,7 @@ fn project_on<T: bytemuck::NoUninit>(
     Written {
         keys: read_records(gpu, &keys),
         rects: read_records(gpu, &rects),
-        footprints: gpu.read_texture(&footprints),
+        footprints: read_records(gpu, &footprints),
         setups: gpu.read_texture(&setups),
     }
 }

@@ -3,7 +3,7 @@
 // src/stage/project.rs.
 
 import package::bind::read::chunks;
-import package::bind::stored::{footprints, setups};
+import package::bind::stored::setups;
 import package::bind::uniform::{materials, project_params, views};
 import package::features::PARALLEL;
 import package::project::conic::{
@@ -18,9 +18,10 @@ import package::records::caster::{
 import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
 import package::records::outline::{Outline, is_outlined, outlined_tiles};
 import package::records::pack::pack_color;
-import package::records::record::{OPACITY_SCALE, record_texel};
+import package::records::record::{FootprintRecord, OPACITY_SCALE, record_texel};
 import package::records::tile::{INVISIBLE, box_rect, depth_key, distance_key};
 import choice::records::caster_record;
+import choice::writes::write_footprint;
 
 override WORKGROUP_SIZE: u32;
 
@@ -133,10 +134,6 @@ fn project_gaussians(
     textureStore(setups, record_texel(at + 1u), vec4(tilt, color_bits.x, blue_thin));
     let lines = vec4(bitcast<u32>(outline.first), outline.step_shift, outline.lean_width, outline.row_middle);
     textureStore(setups, record_texel(at + OUTLINE_TEXEL), lines);
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(bounds));
-    textureStore(
-        footprints,
-        record_texel(2u * index + 1u),
-        vec4(setup_index, bitcast<u32>(amplitude), GAUSSIAN_MARK | (front << 16u), caster_id),
-    );
+    let look = vec4(setup_index, bitcast<u32>(amplitude), GAUSSIAN_MARK | (front << 16u), caster_id);
+    write_footprint(index, FootprintRecord(bounds, look));
 }

@@ -1,10 +1,14 @@
 // Records from the buffers that they were written to.
 
-import package::bind::read::{casters, keys, pairs, rects, sorted};
-import package::records::record::CasterRecord;
+import package::bind::read::{casters, footprints, keys, pairs, rects, sorted};
+import package::records::record::{CasterRecord, FootprintRecord};
 
 fn caster_record(index: u32) -> CasterRecord {
     return casters[index];
+}
+
+fn footprint_record(index: u32) -> FootprintRecord {
+    return footprints[index];
 }
 
 fn rect_record(footprint: u32) -> vec2<u32> {

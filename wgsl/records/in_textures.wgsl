@@ -1,16 +1,23 @@
 // Records from textures: where a stage has few storage buffers, or the adapter reads them slowly. Casters that
 // kernels have written were copied there.
 
-import package::bind::sampled::{casters, keys, pairs, rects, sorted};
-import package::records::record::{CasterRecord, record_texel};
+import package::bind::sampled::{casters, footprints, keys, pairs, rects, sorted};
+import package::records::record::{CasterRecord, FootprintRecord, record_texel};
 
 const CASTER_TEXELS: u32 = 2u;
+const FOOTPRINT_TEXELS: u32 = 2u;
 
 fn caster_record(index: u32) -> CasterRecord {
     let at = CASTER_TEXELS * index;
     let place = bitcast<vec4<f32>>(textureLoad(casters, record_texel(at), 0));
     let look = textureLoad(casters, record_texel(at + 1u), 0);
     return CasterRecord(place.xyz, place.w, look.x, look.y, look.z, look.w);
+}
+
+fn footprint_record(index: u32) -> FootprintRecord {
+    let at = FOOTPRINT_TEXELS * index;
+    let bounds = bitcast<vec4<f32>>(textureLoad(footprints, record_texel(at), 0));
+    return FootprintRecord(bounds, textureLoad(footprints, record_texel(at + 1u), 0));
 }
 
 // Tiles of a footprint (wgsl/records/tile.wgsl).

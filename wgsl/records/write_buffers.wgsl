@@ -1,6 +1,11 @@
 // Records to buffers.
 
-import package::bind::changed::{clipped_rects, keys, pairs, rects, sorted_pairs};
+import package::bind::changed::{clipped_rects, footprints, keys, pairs, rects, sorted_pairs};
+import package::records::record::FootprintRecord;
+
+fn write_footprint(index: u32, footprint: FootprintRecord) {
+    footprints[index] = footprint;
+}
 
 fn write_rect(footprint: u32, rect: vec2<u32>) {
     rects[footprint] = rect;

@@ -1,7 +1,14 @@
 // Records to textures.
 
-import package::bind::stored::{clipped_rects, keys, pairs, rects, sorted_pairs};
-import package::records::record::record_texel;
+import package::bind::stored::{clipped_rects, footprints, keys, pairs, rects, sorted_pairs};
+import package::records::in_textures::FOOTPRINT_TEXELS;
+import package::records::record::{FootprintRecord, record_texel};
+
+fn write_footprint(index: u32, footprint: FootprintRecord) {
+    let at = FOOTPRINT_TEXELS * index;
+    textureStore(footprints, record_texel(at), bitcast<vec4<u32>>(footprint.bounds));
+    textureStore(footprints, record_texel(at + 1u), footprint.look);
+}
 
 fn write_rect(footprint: u32, rect: vec2<u32>) {
     textureStore(rects, record_texel(footprint), vec4(rect, 0u, 0u));

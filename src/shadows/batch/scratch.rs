@@ -7,7 +7,7 @@ use crate::{
     error::Error,
     gpu::{Allocator, RecordForm, Resource, Resources, Tier, view},
     model::TILE_SIZE,
-    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, SETUP_TEXELS},
+    records::{CURVE_SEGMENT, Footprint, SETUP_TEXELS},
     stage::{
         accumulate::composed_texels,
         bin::{self, DispatchEntry, Segment},
@@ -222,12 +222,15 @@ impl Scratch {
         let mut records = |label, format, texels| {
             allocator.records(label, format, texels, storage).map(|texture| view(&texture))
         };
-        let of_footprint = |texels: u32| sizes.footprints * u64::from(texels);
-        let footprints =
-            records("footprints", TextureFormat::Rgba32Uint, of_footprint(FOOTPRINT_TEXELS))?;
         let texels = sizes.setups * u64::from(SETUP_TEXELS);
         let setups = records("setups", TextureFormat::Rgba32Uint, texels)?;
         let tiles = records("tiles", TextureFormat::Rgba32Uint, sizes.tiles)?;
+        let footprints = allocator.written::<Footprint>(
+            sizes.form,
+            "footprints",
+            TextureFormat::Rgba32Uint,
+            sizes.footprints,
+        )?;
         let mut of_pairs =
             |name, count| allocator.written::<[u32; 2]>(sizes.form, name, PAIR_FORMAT, count);
         // `part_count` writes them 32 at a time.
