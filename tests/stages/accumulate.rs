@@ -124,6 +124,7 @@ struct Inputs {
     casters: Resource,
     pairs: Resource,
     footprints: Resource,
+    setups: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
     opaques: wgpu::Texture,
 }
@@ -138,6 +139,7 @@ impl Inputs {
         let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &soft);
         let texels =
             |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
+        let vectors = |name, all: &[[u32; 4]]| in_form(gpu, name, Format::Rgba32Uint, all);
         let opaques = gpu.texture_array("opaques", ATLAS, Format::R32Float);
         gpu.write_texture(&opaques, &batch.opaques);
         let images = gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm);
@@ -151,18 +153,9 @@ impl Inputs {
             counters: counters(gpu),
             casters: casters(gpu, &[caster]),
             pairs: pairs(gpu, &batch.pairs),
-            footprints: in_form::<4>(
-                gpu,
-                "footprints",
-                Format::Rgba32Uint,
-                bytemuck::cast_slice(&batch.footprints),
-            ),
-            textures: vec![
-                texels("tiles", tiles),
-                texels("setups", &[]),
-                texels("triangles", &[]),
-                ("images", images),
-            ],
+            footprints: vectors("footprints", bytemuck::cast_slice(&batch.footprints)),
+            setups: vectors("setups", &[]),
+            textures: vec![texels("tiles", tiles), texels("triangles", &[]), ("images", images)],
             opaques,
         }
     }
@@ -174,6 +167,7 @@ impl Inputs {
             .with("casters", &self.casters)
             .with("pairs", &self.pairs)
             .with("footprints", &self.footprints)
+            .with("setups", &self.setups)
             .with("counters", &self.counters)
             .with("opaques", &self.opaques);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))

@@ -10,9 +10,9 @@ use gobo::{
     records::{GAUSSIAN_TEXELS, GpuView, MAX_VIEWS, OUTLINE_TEXEL, Outline, TileRect},
     stage::{
         bin::{self, BatchCounters, BinParams},
-        sort::{PAIR_FORMAT, Partition, pair_texture_size},
+        sort::{PAIR_FORMAT, Partition},
     },
-    wgpu::{self, BufferUsages},
+    wgpu::{BufferUsages, TextureFormat::Rgba32Uint},
 };
 use gobo_reference::{
     Pair,
@@ -130,13 +130,11 @@ fn emitted(
     let keys = of_pairs("sorted", tier, &keys);
     let corners = of_pairs("rects", tier, &corners);
     let pairs = of_pairs("pairs", tier, &vec![poison; pair_capacity as usize]);
-    let size = pair_texture_size(GAUSSIAN_TEXELS * outlines.len().max(1) as u32);
-    let setups = gpu.texture("setups", size, wgpu::TextureFormat::Rgba32Uint);
-    let mut texels = vec![[POISON; 4]; (size[0] * size[1]) as usize];
+    let mut texels = vec![[POISON; 4]; GAUSSIAN_TEXELS as usize * outlines.len()];
     for (outline, setup) in outlines.iter().zip(texels.chunks_exact_mut(GAUSSIAN_TEXELS as usize)) {
         setup[OUTLINE_TEXEL as usize] = bytemuck::cast(*outline);
     }
-    gpu.write_texture(&setups, &texels);
+    let setups = records(gpu, tier, ("setups", Rgba32Uint), &texels, [POISON; 4]);
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let params = gpu.upload("bin_params", &[params], BufferUsages::UNIFORM);
     let view_buffer = gpu.upload("views", &all_views, BufferUsages::UNIFORM);
@@ -149,7 +147,7 @@ fn emitted(
         .with("views", &view_buffer)
         .with("sorted", &keys)
         .with("rects", &corners)
-        .with("setups", &setups)
+        .with("setups", setups)
         .with("run_offsets", &runs)
         .with("counters", &counters)
         .with("dispatches", &dispatches)

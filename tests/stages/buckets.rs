@@ -17,7 +17,7 @@ use gobo::{
         buckets::{self, BUCKET_LANES, BUCKET_PAIRS},
         sort::{PAIR_FORMAT, Partition, pair_texture_size},
     },
-    wgpu::{self, BufferUsages},
+    wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
 };
 use gobo_reference::{Pair, bin::bin};
 
@@ -65,15 +65,15 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
     let corners: Vec<_> =
         rects.iter().map(|rect| Pair { key: rect.corners, value: rect.mask_view }).collect();
     let pairs = of_pairs("pairs", tier, &vec![none; room]);
-    let tiles = gpu.texture("tiles", pair_texture_size(TILES), wgpu::TextureFormat::Rgba32Uint);
+    let tiles = gpu.texture("tiles", pair_texture_size(TILES), Rgba32Uint);
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let words = |label, count: usize| gpu.upload(label, &vec![0_u32; count], storage);
     let counters = gpu.upload("counters", &[BatchCounters::default()], storage);
     let segments = gpu.upload("segments", &vec![Segment::default(); room], storage);
     // No footprint is a Gaussian with an outline.
-    let setups = gpu.texture("setups", [1, 1], wgpu::TextureFormat::Rgba32Uint);
+    let setups = records(gpu, tier, ("setups", Rgba32Uint), &[[0; 4]], [0; 4]);
     let resources = Resources::new()
-        .with("setups", &setups)
+        .with("setups", setups)
         .with("bin_params", &gpu.upload("bin_params", &[params], BufferUsages::UNIFORM))
         .with("views", &gpu.upload("views", &all_views, BufferUsages::UNIFORM))
         .with("keys", of_pairs("keys", tier, keys))

@@ -46,6 +46,7 @@ struct Inputs {
     casters: Resource,
     pairs: Resource,
     footprints: Resource,
+    setups: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
 }
 
@@ -77,6 +78,7 @@ impl Inputs {
         let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &solid);
         let texels =
             |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
+        let vectors = |name, all: &[[u32; 4]]| in_form(gpu, name, Format::Rgba32Uint, all);
         Self {
             views: view_buffer(gpu),
             materials: gpu.upload(
@@ -87,15 +89,10 @@ impl Inputs {
             small: gpu.upload("small_depths", &[0_u32], BufferUsages::STORAGE),
             casters: casters(gpu, &[caster]),
             pairs: pairs(gpu, &batch.pairs),
-            footprints: in_form::<4>(
-                gpu,
-                "footprints",
-                Format::Rgba32Uint,
-                bytemuck::cast_slice(&footprints),
-            ),
+            footprints: vectors("footprints", bytemuck::cast_slice(&footprints)),
+            setups: vectors("setups", bytemuck::cast_slice(&setups)),
             textures: vec![
                 texels("tiles", tiles),
-                texels("setups", bytemuck::cast_slice(&setups)),
                 texels("triangles", &[]),
                 ("images", gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm)),
             ],
@@ -109,6 +106,7 @@ impl Inputs {
             .with("casters", &self.casters)
             .with("pairs", &self.pairs)
             .with("footprints", &self.footprints)
+            .with("setups", &self.setups)
             .with("small_depths", &self.small);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))
     }

@@ -9,15 +9,15 @@ use gobo::{
     gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{LightKind, Material, Scene, Shape, Transfer},
     records::{
-        CasterRecord, Footprint, GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS,
-        TileRect, TriangleRecord, TriangleSetup,
+        CasterRecord, Footprint, GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS, TileRect,
+        TriangleRecord, TriangleSetup,
     },
     stage::{
         project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
-        sort::{PAIR_FORMAT, PAIR_ROW},
+        sort::PAIR_FORMAT,
     },
     view::shadow_views,
-    wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
+    wgpu::{BufferUsages, TextureFormat::Rgba32Uint},
 };
 use gobo_reference::{
     Pair,
@@ -108,13 +108,6 @@ struct Input<'a> {
     params: ProjectParams,
 }
 
-fn poisoned(gpu: &Gpu, name: &str, texels: u32) -> wgpu::Texture {
-    let size = [PAIR_ROW, texels.div_ceil(PAIR_ROW).max(1)];
-    let texture = gpu.texture(name, size, Rgba32Uint);
-    gpu.write_texture(&texture, &vec![[POISON; 4]; (size[0] * size[1]) as usize]);
-    texture
-}
-
 /// Written by every form of a kernel.
 fn project<T: bytemuck::NoUninit>(
     gpu: &Gpu,
@@ -143,7 +136,8 @@ fn project_on<T: bytemuck::NoUninit>(
     let (keys, rects) = (pairs("keys", tier), pairs("rects", tier));
     let poison = vec![[POISON; 8]; input.footprint_count as usize];
     let footprints = records(gpu, tier, ("footprints", Rgba32Uint), &poison, [POISON; 8]);
-    let setups = poisoned(gpu, "setups", SETUP_TEXELS * input.footprint_count);
+    let poison = vec![[POISON; 32]; input.footprint_count as usize];
+    let setups = records(gpu, tier, ("setups", Rgba32Uint), &poison, [POISON; 32]);
     let mut views = input.views.to_vec();
     views.resize(MAX_VIEWS, input.views[0]);
     let mut materials = input.materials.to_vec();
@@ -172,7 +166,7 @@ fn project_on<T: bytemuck::NoUninit>(
         keys: read_records(gpu, &keys),
         rects: read_records(gpu, &rects),
         footprints: read_records(gpu, &footprints),
-        setups: gpu.read_texture(&setups),
+        setups: read_records(gpu, &setups),
     }
 }
 

@@ -10,6 +10,7 @@ import package::records::tile::Segment;
 @group(0) @binding(39) var<storage, read> footprints: array<FootprintRecord>;
 @group(0) @binding(46) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(48) var<storage, read> rects: array<vec2<u32>>;
+@group(0) @binding(50) var<storage, read> setups: array<vec4<u32>>;
 @group(0) @binding(56) var<storage, read> sorted: array<vec2<u32>>;
 @group(0) @binding(57) var<storage, read> keys: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read> chunks: array<Chunk>;

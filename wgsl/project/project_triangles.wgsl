@@ -4,7 +4,6 @@
 
 import package::bind::read::chunks;
 import package::bind::sampled::triangles;
-import package::bind::stored::setups;
 import package::bind::uniform::{project_params, views};
 import package::features::HAS_VERTEX_COLORS;
 import package::hit::triangle::{edge_line, edge_plane, owns_edge};
@@ -15,12 +14,12 @@ import package::records::pack::octahedral;
 import package::records::record::{FootprintRecord, TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::records::tile::{INVISIBLE, SLACK, box_rect, depth_key, distance_key};
 import package::records::view::MIN_DISTANCE;
-import choice::writes::write_footprint;
+import choice::writes::{write_footprint, write_setup_words};
 
 override WORKGROUP_SIZE: u32;
 
 fn put_setup(setup_index: u32, texel: u32, value: vec4<u32>) {
-    textureStore(setups, record_texel(setup_index * SETUP_TEXELS + texel), value);
+    write_setup_words(setup_index * SETUP_TEXELS + texel, value);
 }
 
 // Least distance of a triangle's points from the origin.

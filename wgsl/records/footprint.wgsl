@@ -1,11 +1,10 @@
 // Footprint of a caster in a view, written by `project`.
 
-import package::bind::sampled::setups;
 import package::features::SETUPS_IN_ORDER;
 import package::records::pack::unpack_color;
-import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT, record_texel};
+import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
 import package::records::tile::INVISIBLE;
-import choice::records::footprint_record;
+import choice::records::{footprint_record, setup_words};
 
 // Projected radius below which a particle is enlarged and thinned, and a strand widened [texels].
 const MIN_RADIUS: f32 = 0.70710678;
@@ -74,5 +73,5 @@ const BACK_BIT: u32 = 8u; // flag of a setup's ties: clockwise as seen from the 
 const SETUP_TEXELS: u32 = 8u;
 
 fn setup_texel(setup: u32, texel: u32) -> vec4<u32> {
-    return textureLoad(setups, record_texel(setup * SETUP_TEXELS + texel), 0);
+    return setup_words(setup * SETUP_TEXELS + texel);
 }

@@ -1,6 +1,6 @@
 // Records from the buffers that they were written to.
 
-import package::bind::read::{casters, footprints, keys, pairs, rects, sorted};
+import package::bind::read::{casters, footprints, keys, pairs, rects, setups, sorted};
 import package::records::record::{CasterRecord, FootprintRecord};
 
 fn caster_record(index: u32) -> CasterRecord {
@@ -9,6 +9,10 @@ fn caster_record(index: u32) -> CasterRecord {
 
 fn footprint_record(index: u32) -> FootprintRecord {
     return footprints[index];
+}
+
+fn setup_words(index: u32) -> vec4<u32> {
+    return setups[index];
 }
 
 fn rect_record(footprint: u32) -> vec2<u32> {

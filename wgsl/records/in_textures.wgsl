@@ -1,7 +1,7 @@
 // Records from textures: where a stage has few storage buffers, or the adapter reads them slowly. Casters that
 // kernels have written were copied there.
 
-import package::bind::sampled::{casters, footprints, keys, pairs, rects, sorted};
+import package::bind::sampled::{casters, footprints, keys, pairs, rects, setups, sorted};
 import package::records::record::{CasterRecord, FootprintRecord, record_texel};
 
 const CASTER_TEXELS: u32 = 2u;
@@ -18,6 +18,11 @@ fn footprint_record(index: u32) -> FootprintRecord {
     let at = FOOTPRINT_TEXELS * index;
     let bounds = bitcast<vec4<f32>>(textureLoad(footprints, record_texel(at), 0));
     return FootprintRecord(bounds, textureLoad(footprints, record_texel(at + 1u), 0));
+}
+
+// A texel of a setup: a triangle's (wgsl/records/footprint.wgsl) or a Gaussian's (wgsl/records/caster.wgsl).
+fn setup_words(index: u32) -> vec4<u32> {
+    return textureLoad(setups, record_texel(index), 0);
 }
 
 // Tiles of a footprint (wgsl/records/tile.wgsl).

@@ -1,10 +1,14 @@
 // Records to buffers.
 
-import package::bind::changed::{clipped_rects, footprints, keys, pairs, rects, sorted_pairs};
+import package::bind::changed::{clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs};
 import package::records::record::FootprintRecord;
 
 fn write_footprint(index: u32, footprint: FootprintRecord) {
     footprints[index] = footprint;
+}
+
+fn write_setup_words(index: u32, words: vec4<u32>) {
+    setups[index] = words;
 }
 
 fn write_rect(footprint: u32, rect: vec2<u32>) {

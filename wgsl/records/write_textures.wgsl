@@ -1,6 +1,6 @@
 // Records to textures.
 
-import package::bind::stored::{clipped_rects, footprints, keys, pairs, rects, sorted_pairs};
+import package::bind::stored::{clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs};
 import package::records::in_textures::FOOTPRINT_TEXELS;
 import package::records::record::{FootprintRecord, record_texel};
 
@@ -8,6 +8,10 @@ fn write_footprint(index: u32, footprint: FootprintRecord) {
     let at = FOOTPRINT_TEXELS * index;
     textureStore(footprints, record_texel(at), bitcast<vec4<u32>>(footprint.bounds));
     textureStore(footprints, record_texel(at + 1u), footprint.look);
+}
+
+fn write_setup_words(index: u32, words: vec4<u32>) {
+    textureStore(setups, record_texel(index), words);
 }
 
 fn write_rect(footprint: u32, rect: vec2<u32>) {

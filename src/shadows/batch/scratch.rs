@@ -7,7 +7,7 @@ use crate::{
     error::Error,
     gpu::{Allocator, RecordForm, Resource, Resources, Tier, view},
     model::TILE_SIZE,
-    records::{CURVE_SEGMENT, Footprint, SETUP_TEXELS},
+    records::{CURVE_SEGMENT, Footprint, TriangleSetup},
     stage::{
         accumulate::composed_texels,
         bin::{self, DispatchEntry, Segment},
@@ -17,7 +17,11 @@ use crate::{
         tuning::Tuning,
     },
 };
-use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages, TextureView};
+use wgpu::{
+    Buffer, BufferUsages,
+    TextureFormat::{R32Uint, Rgba32Uint},
+    TextureUsages, TextureView,
+};
 
 /// Pairs that every frame has room for: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
@@ -156,7 +160,7 @@ fn sums(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Resour
     let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
     SUMS.iter().try_fold(Resources::new(), |all, name| {
         Ok(if tier.has_texture_atomics() {
-            all.with(name, &allocator.records(name, TextureFormat::R32Uint, texels, usage)?)
+            all.with(name, &allocator.records(name, R32Uint, texels, usage)?)
         } else {
             all.with(name, &allocator.storage::<u32>(name, texels, BufferUsages::empty())?)
         })
@@ -218,27 +222,21 @@ impl Scratch {
         let sizes =
             ScratchSizes::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
         let partition = config.tuning.partition;
-        let storage = TextureUsages::STORAGE_BINDING;
-        let mut records = |label, format, texels| {
-            allocator.records(label, format, texels, storage).map(|texture| view(&texture))
-        };
-        let texels = sizes.setups * u64::from(SETUP_TEXELS);
-        let setups = records("setups", TextureFormat::Rgba32Uint, texels)?;
-        let tiles = records("tiles", TextureFormat::Rgba32Uint, sizes.tiles)?;
-        let footprints = allocator.written::<Footprint>(
-            sizes.form,
-            "footprints",
-            TextureFormat::Rgba32Uint,
-            sizes.footprints,
-        )?;
+        let form = sizes.form;
+        let footprints =
+            allocator.written::<Footprint>(form, "footprints", Rgba32Uint, sizes.footprints)?;
+        let setups =
+            allocator.written::<TriangleSetup>(form, "setups", Rgba32Uint, sizes.setups)?;
         let mut of_pairs =
-            |name, count| allocator.written::<[u32; 2]>(sizes.form, name, PAIR_FORMAT, count);
+            |name, count| allocator.written::<[u32; 2]>(form, name, PAIR_FORMAT, count);
         // `part_count` writes them 32 at a time.
         let key_room = sizes.footprints.next_multiple_of(32);
         let keys = [of_pairs("keys", key_room)?, of_pairs("keys", key_room)?];
         let rects = of_pairs("rects", sizes.footprints)?;
         let room = u64::from(sizes.part_room);
         let pairs = [of_pairs("pairs", room)?, of_pairs("pairs", room)?];
+        let stored = TextureUsages::STORAGE_BINDING;
+        let tiles = view(&allocator.records("tiles", Rgba32Uint, sizes.tiles, stored)?);
         let none = BufferUsages::empty();
         let texels = composed_texels(sizes.part_room);
         let composed = sizes

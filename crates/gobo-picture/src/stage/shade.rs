@@ -108,6 +108,7 @@ pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc
 
 /// Points of the two nearest panes.
 pub const PANES: KernelDesc = KernelDesc {
+    tiers: Tier::BY_RECORDS,
     constants: &[("WORKGROUP_SIZE", POINT_LANES as f64), FILTERS_IMAGES],
     ..of_points(kernel("shade_panes", "shade/shade_panes.wgsl"))
 };
