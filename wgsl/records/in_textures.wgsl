@@ -1,5 +1,5 @@
-// Records from textures: where a stage has few storage buffers, or the adapter reads them slowly. Casters that
-// kernels have written were copied there.
+// Records from textures: where a stage has few storage buffers, or the adapter reads them slowly. Casters
+// that kernels have written were copied there.
 
 import package::bind::sampled::{casters, footprints, keys, pairs, rects, setups, sorted};
 import package::records::record::{CasterRecord, FootprintRecord, record_texel};
