@@ -4,20 +4,15 @@
 //! for some of them.
 mod common;
 
-use common::{mix, pairs, particles, stage_time, timeline, view};
+use common::{PairSort, mix, pairs, particles, stage_time, timeline, view};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use gobo::{
     Receiver, ShadowSettings, Shadows,
-    frame::{Commands, Kernels, Sort, SortCount},
     glam::{UVec2, Vec3},
-    gpu::{Gpu, KernelCache},
+    gpu::Gpu,
     model::{Bounds, Casters, Light, LightKind, Material, Particle},
     records::{CasterRecord, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::{Frustum, GroupTree, order, widened},
-    stage::{
-        sort::{PAIR_FORMAT, pair_texture_size},
-        tuning::Tuning,
-    },
     view::light_views,
 };
 use gobo_reference as reference;
@@ -168,31 +163,14 @@ fn cpu_cull(criterion: &mut Criterion) {
 fn gpu_sort(criterion: &mut Criterion, gpu: &Gpu) {
     let mut group = criterion.benchmark_group("gpu/sort");
     let mut timeline = timeline(gpu);
-    let kernels =
-        Kernels::new(&gpu.device, gpu.tier, Tuning::of(&gpu.adapter), KernelCache::default());
     for count in COUNTS {
-        let textures = ["unsorted", "pairs", "sorted_pairs"]
-            .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));
-        let [width, height] = pair_texture_size(count);
-        let mut texels = pairs(count);
-        texels.resize((width * height) as usize, Pair::default());
-        gpu.write_texture(&textures[0], &texels);
-        let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
         group.throughput(Throughput::Elements(count.into()));
         for bits in [DEPTH_BITS, 32] {
-            let known = SortCount::Known(count);
-            let sort =
-                Sort::new(&kernels, [&views[1], &views[2]], known, 0..bits).expect("the pairs fit");
-            kernels.finish().expect("the kernels are made");
-            let mut commands = Commands::new();
-            commands.pass("sort", sort.dispatches);
+            let sort = PairSort::new(gpu, &pairs(count), bits);
             group.bench_function(BenchmarkId::new(format!("{bits} bits"), count), |bencher| {
                 bencher.iter_custom(|frames| {
                     stage_time(gpu, &mut timeline, "sort", frames, |encoder, timeline| {
-                        timeline.step(encoder, "copy");
-                        let [from, to] = [&textures[0], &textures[1]].map(|t| t.as_image_copy());
-                        encoder.copy_texture_to_texture(from, to, textures[0].size());
-                        commands.record(encoder, timeline);
+                        sort.record(encoder, timeline);
                     })
                 });
             });

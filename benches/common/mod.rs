@@ -1,9 +1,14 @@
 //! Scene and timing that the benchmarks share.
 use gobo::{
+    frame::{Commands, Kernels, Sort, SortCount},
     glam::{Mat4, UVec2, Vec3, Vec4},
-    gpu::{Gpu, Timeline},
+    gpu::{Gpu, KernelCache, RecordForm, Resource, Timeline},
     model::{Particle, Projection, View, ViewRole},
-    wgpu,
+    stage::{
+        sort::{PAIR_FORMAT, pair_texture_size},
+        tuning::Tuning,
+    },
+    wgpu::{self, BufferUsages},
 };
 use gobo_reference::Pair;
 use std::time::Duration;
@@ -52,6 +57,56 @@ pub(crate) fn view() -> View {
 
 pub(crate) fn pairs(count: u32) -> Vec<Pair> {
     (0..count).map(|value| Pair { key: (mix(u64::from(value)) >> 32) as u32, value }).collect()
+}
+
+/// A sort on the device.
+pub(crate) struct PairSort {
+    /// The unsorted pairs, the copy that is sorted, and the result.
+    pub(crate) records: [Resource; 3],
+    commands: Commands,
+}
+
+impl PairSort {
+    /// Sorts by the lower `bits`.
+    pub(crate) fn new(gpu: &Gpu, pairs: &[Pair], bits: u32) -> Self {
+        let tuning = Tuning::of(&gpu.adapter).within(gpu.tier, &gpu.device.limits());
+        let kernels = Kernels::new(&gpu.device, gpu.tier, tuning, KernelCache::default());
+        let size = pair_texture_size(pairs.len() as u32);
+        let mut all = pairs.to_vec();
+        all.resize((size[0] * size[1]) as usize, Pair::default());
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let [unsorted, first, second] =
+            ["unsorted", "pairs", "sorted_pairs"].map(|name| match tuning.record_form {
+                RecordForm::Buffers => Resource::from(&gpu.upload(name, &all, usage)),
+                RecordForm::Textures => {
+                    let texture = gpu.texture(name, size, PAIR_FORMAT);
+                    gpu.write_texture(&texture, &all);
+                    (&texture).into()
+                }
+            });
+        let known = SortCount::Known(pairs.len() as u32);
+        let sort = Sort::new(&kernels, [&first, &second], known, 0..bits).expect("the pairs fit");
+        kernels.finish().expect("the kernels are made");
+        let result = if sort.result() == 0 { first.clone() } else { second };
+        let mut commands = Commands::new();
+        commands.pass("sort", sort.dispatches);
+        Self { records: [unsorted, first, result], commands }
+    }
+
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline) {
+        timeline.step(encoder, "copy");
+        match &self.records {
+            [Resource::Buffer(from), Resource::Buffer(to), _] => {
+                encoder.copy_buffer_to_buffer(from, 0, to, 0, from.size());
+            }
+            [Resource::Texture(from), Resource::Texture(to), _] => {
+                let [source, target] = [from, to].map(|it| it.as_image_copy());
+                encoder.copy_texture_to_texture(source, target, from.size());
+            }
+            _ => unreachable!("all are of one form"),
+        }
+        self.commands.record(encoder, timeline);
+    }
 }
 
 /// Timestamps; without them, or on a software adapter, where they mean nothing, the wall clock.

@@ -9,20 +9,15 @@ mod accumulate;
 mod sort;
 
 use accumulate::{Lists, Texel};
-use common::{SIZE, pairs, particles, stage_time, timeline, view};
+use common::{PairSort, SIZE, pairs, particles, stage_time, timeline, view};
 use fearless_simd::Level;
 use gobo::{
     Counters, Prepared, Receiver, ShadowSettings, Shadows,
-    frame::{Commands, Kernels, Sort, SortCount},
     glam::UVec2,
-    gpu::{Gpu, KernelCache, Timeline},
+    gpu::{Gpu, Resource, Timeline},
     model::{Casters, Material},
     records::{CasterRecord, DEPTH_BITS, GpuMaterial, TileRect},
     shadows::cull::order,
-    stage::{
-        sort::{PAIR_FORMAT, pair_texture_size},
-        tuning::Tuning,
-    },
     wgpu,
 };
 use gobo_reference as reference;
@@ -222,8 +217,6 @@ fn compare_sort(gpu: &Gpu) {
     let Gpu { device, queue, .. } = gpu;
     // Shared by both contestants, so that both are timed alike.
     let mut timeline = Timeline::stepped(device, queue);
-    let kernels_of =
-        Kernels::new(device, gpu.tier, Tuning::of(&gpu.adapter), KernelCache::default());
     let mut lampshade = lampshade::KeyValueSorter::new_for_adapter(device, queue, &gpu.adapter);
     for (count, bits) in SORTS {
         let keys = pairs(count).into_iter();
@@ -232,22 +225,7 @@ fn compare_sort(gpu: &Gpu) {
         let mut expected = unsorted.clone();
         expected.sort_by_key(|pair| pair.key);
 
-        let textures = ["unsorted", "pairs", "sorted_pairs"]
-            .map(|label| gpu.texture(label, pair_texture_size(count), PAIR_FORMAT));
-        let mut texels = unsorted.clone();
-        texels.resize(
-            pair_texture_size(count).into_iter().product::<u32>() as usize,
-            Pair::default(),
-        );
-        gpu.write_texture(&textures[0], &texels);
-        let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
-        let known = SortCount::Known(count);
-        let sort =
-            Sort::new(&kernels_of, [&views[1], &views[2]], known, 0..bits).expect("the pairs fit");
-        kernels_of.finish().expect("the kernels are made");
-        let result = sort.result();
-        let mut commands = Commands::new();
-        commands.pass("sort", sort.dispatches);
+        let on_device = PairSort::new(gpu, &unsorted, bits);
         let from = gpu.upload("unsorted", &unsorted, wgpu::BufferUsages::STORAGE);
         let to = gpu.storage::<Pair>("sorted", unsorted.len());
 
@@ -256,10 +234,7 @@ fn compare_sort(gpu: &Gpu) {
         let (mut sorted, mut scratch) = (Vec::new(), unsorted.clone());
         for run in 0..WARM_UP + RUNS {
             let record = |encoder: &mut wgpu::CommandEncoder, timeline: &mut Timeline| {
-                timeline.step(encoder, "copy");
-                let [from, to] = [&textures[0], &textures[1]].map(|t| t.as_image_copy());
-                encoder.copy_texture_to_texture(from, to, textures[0].size());
-                commands.record(encoder, timeline);
+                on_device.record(encoder, timeline);
             };
             kernels.add(run, stage_time(gpu, &mut timeline, "sort", 1, record));
             sorted.clone_from(&unsorted);
@@ -272,7 +247,11 @@ fn compare_sort(gpu: &Gpu) {
             };
             theirs.add(run, stage_time(gpu, &mut timeline, "lampshade", 1, record));
         }
-        let found: Vec<Pair> = gpu.read_texture(&textures[1 + result]);
+        let found: Vec<Pair> = match &on_device.records[2] {
+            Resource::Buffer(buffer) => gpu.read(buffer),
+            Resource::Texture(texture) => gpu.read_texture(texture),
+            Resource::View(view) => gpu.read_texture(view.texture()),
+        };
         misplaced(&found[..unsorted.len()], &expected).unwrap_or_else(|wrong| panic!("{wrong}"));
         misplaced(&sorted, &expected).unwrap_or_else(|wrong| panic!("native: {wrong}"));
         sorted.swap(12_344, 12_345);

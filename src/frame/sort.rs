@@ -2,14 +2,14 @@
 use super::{Dispatch, Kernels};
 use crate::{
     error::Error,
-    gpu::Resources,
+    gpu::{Resource, Resources},
     stage::{
         features::Features,
         sort::{SortPass, digits, histogram_size, kernels, pair_limit},
     },
 };
 use std::ops::Range;
-use wgpu::{Buffer, BufferUsages, TextureFormat::R32Uint, TextureView};
+use wgpu::{Buffer, BufferUsages, TextureFormat::R32Uint};
 
 /// Source of the number of pairs.
 #[derive(Clone, Copy, Debug)]
@@ -37,12 +37,12 @@ pub struct Sort {
 }
 
 impl Sort {
-    /// Sorts `pairs[0]` by the `bits` of the keys. The textures have
+    /// Sorts `pairs[0]` by the `bits` of the keys. Textures have
     /// [`PAIR_FORMAT`](crate::stage::sort::PAIR_FORMAT) and
     /// [`pair_texture_size`](crate::stage::sort::pair_texture_size); both are overwritten.
     pub fn new(
         kernels_of: &Kernels,
-        pairs: [&TextureView; 2],
+        pairs: [&Resource; 2],
         count: SortCount<'_>,
         bits: Range<u32>,
     ) -> Result<Self, Error> {
@@ -95,7 +95,7 @@ impl Sort {
         Ok(Self { dispatches, digit_passes, scratch_size })
     }
 
-    /// Index of the pair texture that holds the sorted pairs.
+    /// Which of the two holds the sorted pairs.
     pub fn result(&self) -> usize {
         self.digit_passes % 2
     }

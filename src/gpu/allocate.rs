@@ -1,5 +1,5 @@
 //! Allocation of buffers and textures, each counted by name and checked against the device's limits.
-use super::{Shelf, transfer::filled};
+use super::{RecordForm, Resource, Shelf, transfer::filled};
 use crate::{error::Error, records::ROW};
 use glam::UVec3;
 use std::sync::Arc;
@@ -130,6 +130,27 @@ impl<'a> Allocator<'a> {
         let most = u64::from(self.device.limits().max_texture_dimension_2d);
         let rows = (rows..=most).find(|rows| !rows.is_power_of_two()).unwrap_or(rows);
         self.texture(name, format, [u64::from(ROW), rows, 1], usage)
+    }
+
+    /// Records of a kernel, in a buffer of `T` or in a texture of `format`.
+    pub fn written<T>(
+        &mut self,
+        form: RecordForm,
+        name: &'static str,
+        format: TextureFormat,
+        count: u64,
+    ) -> Result<Resource, Error> {
+        match form {
+            RecordForm::Buffers => {
+                Ok((&self.storage::<T>(name, count, BufferUsages::empty())?).into())
+            }
+            RecordForm::Textures => {
+                let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
+                let texels = count * (size_of::<T>() as u64 / texel);
+                let usage = TextureUsages::STORAGE_BINDING;
+                Ok((&view(&self.records(name, format, texels, usage)?)).into())
+            }
+        }
     }
 
     /// A texture array of width, height and layers \[texels\].

@@ -70,10 +70,17 @@ impl Choice {
     }
 }
 
-/// Where every kernel reads records ([`Tier::record_form`]); [`Tuning`](crate::stage::tuning::Tuning) may
-/// replace it.
-const RECORDS: Choice =
-    Choice::by_tier("records", "records/in_textures.wgsl", Tier::Native, "records/in_buffers.wgsl");
+/// Where every kernel reads and writes records ([`Tier::record_form`]);
+/// [`Tuning`](crate::stage::tuning::Tuning) may replace them.
+const RECORDS: [Choice; 2] = [
+    Choice::by_tier("records", "records/in_textures.wgsl", Tier::Native, "records/in_buffers.wgsl"),
+    Choice::by_tier(
+        "writes",
+        "records/write_textures.wgsl",
+        Tier::Native,
+        "records/write_buffers.wgsl",
+    ),
+];
 
 impl KernelDesc {
     /// A kernel with one source for all tiers, whose entry point has its name.
@@ -85,7 +92,7 @@ impl KernelDesc {
 
     /// Its choices; the first of a name counts.
     pub fn choices(&self) -> impl Iterator<Item = &Choice> {
-        self.with.iter().chain(self.shared).chain(&[RECORDS])
+        self.with.iter().chain(self.shared).chain(&RECORDS)
     }
 
     /// The whole source for a tier. Without a variant for the tier, it is the source of the tier below.

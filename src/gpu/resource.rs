@@ -276,6 +276,12 @@ impl std::fmt::Display for Resource {
     }
 }
 
+impl From<&Self> for Resource {
+    fn from(resource: &Self) -> Self {
+        resource.clone()
+    }
+}
+
 impl From<&wgpu::Buffer> for Resource {
     fn from(buffer: &wgpu::Buffer) -> Self {
         Self::Buffer(buffer.clone())

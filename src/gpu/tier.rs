@@ -17,12 +17,12 @@ pub enum Tier {
     Native,
 }
 
-/// Where kernels read the records that kernels write to buffers.
+/// Where kernels read and write records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordForm {
-    /// There.
+    /// In buffers.
     Buffers,
-    /// In textures, to which they are copied.
+    /// In textures. Casters that kernels write are copied there.
     Textures,
 }
 
@@ -34,7 +34,7 @@ impl Tier {
     pub const BY_SUBGROUPS: &'static [Self] = &[Self::Core, Self::Subgroups];
     /// Tiers of kernels that differ only in their sums.
     pub(crate) const BY_ATOMICS: &'static [Self] = &[Self::Core, Self::Native];
-    /// Tiers of kernels that differ only in where they read records.
+    /// Tiers of kernels that differ only in where records are.
     pub const BY_RECORDS: &'static [Self] = Self::BY_ATOMICS;
 
     /// The best tier that a device of `adapter` can be opened for.
@@ -86,7 +86,7 @@ impl Tier {
         self.features().contains(Features::TEXTURE_ATOMIC)
     }
 
-    /// Where kernels of GPUs read records: sums in textures leave a stage buffers enough.
+    /// Where records are on GPUs: sums in textures leave a stage buffers enough.
     pub const fn record_form(self) -> RecordForm {
         if self.has_texture_atomics() { RecordForm::Buffers } else { RecordForm::Textures }
     }

@@ -1,8 +1,8 @@
 //! Records that stages pass on: casters as uploaded, footprints as projected to one view.
 //!
-//! Casters are in a buffer, or a texture where kernels read no further buffer ([`RecordForm`]). Textures of
-//! records are rgba32uint or rg32uint, [`ROW`] texels wide: element `i` of `n` texels starts at linear texel
-//! `i * n`. WGSL: `wgsl/records/record.wgsl`.
+//! Records that kernels write are in buffers, or in textures where a kernel has too few ([`RecordForm`]).
+//! Textures of records are rgba32uint or rg32uint, [`ROW`] texels wide: element `i` of `n` texels starts at
+//! linear texel `i * n`. WGSL: `wgsl/records/record.wgsl`.
 //!
 //! [`RecordForm`]: crate::gpu::RecordForm
 mod area;

@@ -75,10 +75,8 @@ pub const TINY: KernelDesc = KernelDesc {
 pub const OVERFLOW: KernelDesc = walk::overflow("accumulate_overflow", &[MAPS]);
 
 /// [`TILES`] of discs alone.
-pub const DISC_TILES: KernelDesc = KernelDesc {
-    tiers: Tier::BY_SUBGROUPS,
-    ..walk::tiles("accumulate_disc_tiles", &[PLAIN, DISCS, MAPS, STORED, PLAIN_LANE_CASTER])
-};
+pub const DISC_TILES: KernelDesc =
+    walk::tiles("accumulate_disc_tiles", &[PLAIN, DISCS, MAPS, STORED, PLAIN_LANE_CASTER]);
 
 /// [`SEGMENTS`] of discs alone.
 pub const DISC_SEGMENTS: KernelDesc =

@@ -18,14 +18,6 @@ pub fn partial_count(pair_capacity: u32, length: u32) -> u64 {
     2 * u64::from(pair_capacity / length) + 1
 }
 
-/// Pairs from sampled textures where a stage has no more than 4 storage textures: loads from storage textures
-/// are far cheaper on software adapters.
-pub(super) const PAIRS: Choice = Choice::by_tier(
-    "pairs",
-    "traversal/pairs_sampled.wgsl",
-    Tier::Native,
-    "traversal/pairs_loaded.wgsl",
-);
 pub(super) const WALK: Choice = Choice::by_tier(
     "traversal",
     "traversal/slabs_uniform.wgsl",
@@ -63,7 +55,6 @@ const WALKED_TWICE: &[Choice] = &[
     RAY_CASTERS,
     WRITTEN,
     INVOCATION_ROWS,
-    PAIRS,
     TWO_WALKS,
     PASS,
     LANE_CASTER,
@@ -86,7 +77,6 @@ pub(super) const CURVED: &[Choice] = &[
     OPEN_NODES,
     HITS,
     WAITING,
-    PAIRS,
     WALK,
     LANE_CASTER,
     SUMS,

@@ -8,7 +8,7 @@ use super::{
     resolve,
     walk::{self, INVOCATION_ROWS, WalkKernels},
 };
-use crate::gpu::{Choice, KernelDesc, Tier};
+use crate::gpu::{Choice, KernelDesc};
 
 pub(super) const DEPTH: Choice = Choice::new("accumulator", "accumulator/depth.wgsl");
 /// State for opaque triangles only.
@@ -27,10 +27,8 @@ pub const SMALL: KernelDesc = KernelDesc {
 pub const TILES: KernelDesc = walk::tiles("occlude_tiles", &[DEPTH, INVOCATION_ROWS, DEPTHS]);
 
 /// Tiles of opaque triangles only.
-pub const TRIANGLE_TILES: KernelDesc = KernelDesc {
-    tiers: Tier::BY_SUBGROUPS,
-    ..walk::tiles("occlude_triangle_tiles", &[TRIANGLES, DEPTHS, TRIANGLE_LANE_CASTER])
-};
+pub const TRIANGLE_TILES: KernelDesc =
+    walk::tiles("occlude_triangle_tiles", &[TRIANGLES, DEPTHS, TRIANGLE_LANE_CASTER]);
 
 /// Opaque depths of segments of longer tiles.
 pub const SEGMENTS: KernelDesc =

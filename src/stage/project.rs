@@ -24,6 +24,7 @@ pub const GAUSSIANS: KernelDesc = KernelDesc {
 /// Footprints and setups of triangles.
 pub const TRIANGLES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
+    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("project_triangles", "project/project_triangles.wgsl")
 };
 

@@ -9,8 +9,11 @@ use super::{
 };
 use crate::gpu::{Choice, Constant, KernelDesc, RecordForm, Tier};
 
-/// Reads records from textures on every tier.
-pub const IN_TEXTURES: Choice = Choice::new("records", "records/in_textures.wgsl");
+/// Reads and writes records in textures on every tier.
+pub const IN_TEXTURES: [Choice; 2] = [
+    Choice::new("records", "records/in_textures.wgsl"),
+    Choice::new("writes", "records/write_textures.wgsl"),
+];
 /// Size of the records of 16 million casters, which a device must be able to bind for them to be in buffers
 /// \[bytes\].
 pub const MOST_RECORDS: u64 = 512 << 20;
@@ -48,8 +51,7 @@ pub struct Tuning {
     pub queued: bool,
     /// Whether tiles alternate between two cores.
     pub interleaved: bool,
-    /// Where kernels read records. In textures on software adapters, where reads of buffers take ten times as
-    /// long.
+    /// Where records are. In textures on software adapters, where reads of buffers take ten times as long.
     pub record_form: RecordForm,
     /// Whether sampled textures are read as storage textures: on software adapters, where that takes a
     /// third of the time.
@@ -119,7 +121,7 @@ impl Tuning {
         let chosen = [
             (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
             (self.loaded, &[llvmpipe::LOADED]),
-            (self.record_form == RecordForm::Textures, &[IN_TEXTURES]),
+            (self.record_form == RecordForm::Textures, &IN_TEXTURES),
             (self.columns, &llvmpipe::COLUMNS),
         ];
         chosen.into_iter().filter(|(is, _)| *is).flat_map(|(_, choices)| choices).copied().collect()

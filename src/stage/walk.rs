@@ -21,8 +21,6 @@ pub const WALK: Choice = Choice::by_tier(
     Tier::Subgroups,
     "traversal/subgroup.wgsl",
 );
-/// Pairs of the tiles' lists.
-pub const PAIRS: Choice = Choice::new("pairs", "traversal/pairs_loaded.wgsl");
 /// Sums of a batch's texels: textures where these have atomics, else buffers.
 pub(super) const SUMS: Choice =
     Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
@@ -44,7 +42,7 @@ const COLUMN: Choice = Choice::new("column", "choices.wgsl");
 pub(super) const WAITING: Choice = Choice::new("waiting", "hit/waiting_ring.wgsl");
 
 /// Choices of kernels that walk casters of any kind.
-const WALKED: &[Choice] = &[IN_ORDER, TILE_WALK, COLUMN, WAITING, WALK, PAIRS, LANE_CASTER, SUMS];
+const WALKED: &[Choice] = &[IN_ORDER, TILE_WALK, COLUMN, WAITING, WALK, LANE_CASTER, SUMS];
 
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {

@@ -9,6 +9,7 @@ pub(crate) mod grid_truth;
 pub(crate) mod model;
 pub(crate) mod nano;
 pub(crate) mod points;
+pub(crate) mod records;
 pub(crate) mod scenes;
 pub(crate) mod splats;
 pub(crate) mod strand_truth;

@@ -1,7 +1,7 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
-    gpu::{Access, Binding, BindingKind, Linked, Tier},
+    gpu::{Access, Binding, BindingKind, KernelDesc, Linked, Tier},
     records::{
         BounceParams, CasterRecord, ConvertParams, CullParams, EmissionParams, EmitterParams,
         GaussianAxes, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView,
@@ -20,7 +20,7 @@ use gobo::{
     },
     wgpu::{Limits, TextureFormat, TextureSampleType, TextureViewDimension},
 };
-use gobo_picture::stage::{shade::Band, variants};
+use gobo_picture::stage::{kernels, shade::Band, variants};
 use gobo_reference::records::{AirParams, ClusterCounters, ClusterParams};
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
 use std::collections::BTreeSet;
@@ -278,24 +278,13 @@ const TEXELS: &[&str] = &[
     "voxels",
 ];
 
-/// Records that are not in buffers.
-const IN_TEXTURES: &[&str] = &[
-    "clipped_rects",
-    "clusters",
-    "footprints",
-    "histograms",
-    "keys",
-    "layers",
-    "lit",
-    "masks",
-    "new_levels",
-    "pairs",
-    "points",
-    "rects",
-    "setups",
-    "sorted_pairs",
-    "tiles",
-];
+/// Records that are in textures on every device.
+const IN_TEXTURES: &[&str] =
+    &["clusters", "histograms", "layers", "lit", "masks", "new_levels", "points", "tiles"];
+
+/// Records that are in textures where a device's `RecordForm` is `Textures`.
+const IN_EITHER: &[&str] =
+    &["clipped_rects", "footprints", "keys", "pairs", "rects", "setups", "sorted_pairs"];
 
 fn is_written_texture(binding: &Binding) -> bool {
     match binding.kind {
@@ -307,13 +296,15 @@ fn is_written_texture(binding: &Binding) -> bool {
 /// Buffers are written at more than twice the rate of storage textures.
 #[test]
 fn records_are_written_to_buffers() {
-    let mut written = BTreeSet::new();
-    for (desc, tier) in variants() {
+    let written = |(desc, tier): (&KernelDesc, Tier)| {
         let bindings = desc.link(tier).unwrap().bindings().unwrap();
-        written.extend(bindings.iter().filter(|it| is_written_texture(it)).map(|it| it.name));
-    }
+        bindings.into_iter().filter(is_written_texture).map(|it| it.name).collect::<Vec<_>>()
+    };
     let known: BTreeSet<_> = TEXELS.iter().chain(IN_TEXTURES).copied().collect();
-    assert_eq!(written, known);
+    let in_buffers = kernels().iter().map(|&desc| (desc, Tier::Native));
+    assert_eq!(in_buffers.flat_map(written).collect::<BTreeSet<_>>(), known);
+    let all: BTreeSet<_> = variants().flat_map(written).collect();
+    assert_eq!(all, known.iter().chain(IN_EITHER).copied().collect());
     // The check can fail.
     let kind = BindingKind::StorageTexture {
         access: Access::Write,

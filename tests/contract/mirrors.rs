@@ -30,7 +30,7 @@ use gobo::{
         light_points,
         load::CULL_BLOCK,
         project::{self, CHUNK_SIZE},
-        sort::{FEW_BITS, MAX_BITS, PAIR_ROW, TOTAL_ROW, WIDE_BLOCK},
+        sort::{FEW_BITS, MAX_BITS, TOTAL_ROW, WIDE_BLOCK},
     },
 };
 use gobo_picture::stage::{light_points as picture_points, shade};
@@ -143,7 +143,6 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("NO_TEXTURE", NO_TEXTURE),
         ("OVERFLOW_DISPATCH", DispatchEntry::Overflow as u32),
         ("MAX_X", project::grid(u32::MAX)[0]),
-        ("PAIR_ROW", PAIR_ROW),
         ("TILE_LANES", TILE_LANES),
         ("WAITING", WAITING as u32),
         ("PANE_LIST", picture_points::PANE_LIST),

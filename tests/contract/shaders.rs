@@ -17,7 +17,7 @@ use gobo::{
 };
 use gobo_picture::stage::{kernels, variants};
 use naga::valid::{Capabilities, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
-use std::{collections::HashSet, path::Path};
+use std::{collections::HashSet, path::Path, sync::LazyLock};
 
 /// `pack2x16float` and its kind are core WebGPU; naga counts them as a capability.
 const CORE: Capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
@@ -69,7 +69,7 @@ fn kernels_of_software_adapters_are_valid() {
     let mut more = HashSet::new();
     let all = kernels().iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)));
     for (desc, tier) in all.filter(|(desc, tier)| *tier >= desc.tiers[0]) {
-        let of_software = [&COLUMNS[..], &[LOADED, IN_TEXTURES]].concat();
+        let of_software = [&COLUMNS[..], &[LOADED], &IN_TEXTURES].concat();
         let [own, loaded] =
             [&[][..], &of_software].map(|choices| desc.specialised(tier, choices, &[]).unwrap());
         assert!(!loaded.wgsl.contains("< unrolled("), "{}: a loop is not written out", desc.name);
@@ -299,21 +299,25 @@ fn errors_name_their_file() {
 /// If a device refuses a kernel, the error names file and line.
 #[test]
 fn a_refused_kernel_names_file_and_line() {
-    // `pair_footprint` takes two arguments here, but `visit_pairs` passes one.
-    const WRONG: &[Choice] = &[
+    // It takes one argument here, but `walk_tile` passes two.
+    const WRONG: &str = "fn tile_number(workgroup: vec3<u32>) -> u32 { return workgroup.x; }";
+    static LIBRARY: LazyLock<Library> =
+        LazyLock::new(|| Library::embedded().unwrap().with(&[("wrong.wgsl", WRONG)]).unwrap());
+    const IN_WRONG_ORDER: &[Choice] = &[
+        Choice::new("order", "wrong.wgsl"),
         Choice::new("output", "curve/ray_tile.wgsl"),
-        Choice::new("pairs", "llvmpipe/queue.wgsl"),
         Choice::new("plain", "hit/disc.wgsl"),
     ];
-    let desc = KernelDesc { with: WRONG, ..curve::DISC_TILES };
+    let library = || Ok(&*LIBRARY);
+    let desc = KernelDesc { with: IN_WRONG_ORDER, library, ..curve::DISC_TILES };
     let gpu = own_gpu(Tier::Core);
     let error = Kernel::new(&gpu.device, &desc, Tier::Core, &[], &[]).unwrap_err().to_string();
-    let path = "traversal/uniform.wgsl";
-    let (_, walks) = wgsl_files().into_iter().find(|file| file.0 == path).unwrap();
-    let line = 1 + walks.lines().position(|line| line.starts_with("fn visit_run(")).unwrap();
+    let path = "entry/walk.wgsl";
+    let (_, entries) = wgsl_files().into_iter().find(|file| file.0 == path).unwrap();
+    let line = 1 + entries.lines().position(|line| line.contains("tile_number(w")).unwrap();
     assert!(error.contains(&format!("wgsl/{path}:{line}:")), "{error}");
     assert!(gpu.check().is_ok());
-    let unchosen = KernelDesc { with: WRONG, shared: &[], ..curve::DISC_TILES };
+    let unchosen = KernelDesc { with: IN_WRONG_ORDER, shared: &[], ..curve::DISC_TILES };
     let error = Kernel::new(&gpu.device, &unchosen, Tier::Core, &[], &[]).unwrap_err();
     assert!(matches!(error, KernelError::Link(_)), "{error}");
     assert!(error.to_string().contains("does not choose `tiles`"), "{error}");

@@ -1,6 +1,6 @@
 //! Kernels for GPUs and kernels for software adapters give the same bits: on a GPU workgroups sort and bin,
-//! an invocation has one texel, records are read from buffers, and insertion uses workgroup and private
-//! memory; on software adapters registers hold columns of texels, and records are read from textures.
+//! an invocation has one texel, records are in buffers, and insertion uses workgroup and private memory; on
+//! software adapters registers hold columns of texels, and records are in textures.
 use super::{curve, parts};
 use crate::common::{Tier, gpu, tiers};
 use gobo::{
@@ -69,6 +69,15 @@ fn short_segments_of_discs_only_round() {
             assert!(long.filter.iter().any(|light| light[1] < 0.9), "{name}");
         }
     }
+}
+
+/// Pairs that do not fit are binned again in parts, or scattered.
+#[test]
+fn forms_agree_past_the_budget() {
+    let (name, mut scene) = parts::scenes().swap_remove(1);
+    scene.shadow.receiver = Receiver::Nearest;
+    scene.shadow.pair_budget = 500;
+    assert_forms_agree(name, &scene);
 }
 
 #[test]

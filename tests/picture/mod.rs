@@ -24,6 +24,7 @@ mod masks;
 mod models;
 mod near_surface;
 mod occlusion;
+mod records;
 mod refraction;
 mod renderer;
 mod repeated;

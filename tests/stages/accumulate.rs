@@ -2,7 +2,7 @@
 //! inputs and poisoned outputs.
 use super::by_hand::{
     ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, casters, disc, dispatches,
-    records, run, texel_of, tile_records, view_buffer,
+    in_form, pairs, records, run, texel_of, tile_records, view_buffer,
 };
 use crate::common::{
     TIERS, gpu,
@@ -122,6 +122,9 @@ struct Inputs {
     materials: wgpu::Buffer,
     counters: wgpu::Buffer,
     casters: Resource,
+    pairs: Resource,
+    footprints: Resource,
+    setups: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
     opaques: wgpu::Texture,
 }
@@ -136,7 +139,7 @@ impl Inputs {
         let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &soft);
         let texels =
             |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
-        let pairs: Vec<_> = batch.pairs.iter().map(|&id| [POISON, id]).collect();
+        let vectors = |name, all: &[[u32; 4]]| in_form(gpu, name, Format::Rgba32Uint, all);
         let opaques = gpu.texture_array("opaques", ATLAS, Format::R32Float);
         gpu.write_texture(&opaques, &batch.opaques);
         let images = gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm);
@@ -149,14 +152,10 @@ impl Inputs {
             ),
             counters: counters(gpu),
             casters: casters(gpu, &[caster]),
-            textures: vec![
-                texels("tiles", tiles),
-                texels("footprints", bytemuck::cast_slice(&batch.footprints)),
-                texels("setups", &[]),
-                texels("triangles", &[]),
-                ("pairs", records(gpu, "pairs", Format::Rg32Uint, &pairs)),
-                ("images", images),
-            ],
+            pairs: pairs(gpu, &batch.pairs),
+            footprints: vectors("footprints", bytemuck::cast_slice(&batch.footprints)),
+            setups: vectors("setups", &[]),
+            textures: vec![texels("tiles", tiles), texels("triangles", &[]), ("images", images)],
             opaques,
         }
     }
@@ -165,7 +164,10 @@ impl Inputs {
         let named = Resources::new()
             .with("views", &self.views)
             .with("materials", &self.materials)
-            .with("casters", self.casters.clone())
+            .with("casters", &self.casters)
+            .with("pairs", &self.pairs)
+            .with("footprints", &self.footprints)
+            .with("setups", &self.setups)
             .with("counters", &self.counters)
             .with("opaques", &self.opaques);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))
@@ -338,7 +340,7 @@ fn assert_scattered(tier: Tier, tiny: bool) {
     };
     let rects = vec![[rect.corners, rect.mask_view]; count + 1];
     let inputs = Inputs::new(&gpu, &batch, &[]);
-    let rects = records(&gpu, "rects", Format::Rg32Uint, &rects);
+    let rects = in_form(&gpu, "rects", Format::Rg32Uint, &rects);
     let sums = Sums::new(&gpu, tier, &earlier());
     let flags = gpu.upload(
         "scattered_tiles",
@@ -356,7 +358,7 @@ fn assert_scattered(tier: Tier, tiny: bool) {
     let resources = inputs
         .resources()
         .and(&sums.resources())
-        .with("rects", &rects)
+        .with("rects", rects)
         .with("scattered_tiles", &flags)
         .with("chunks", &chunks)
         .with("project_params", &params)

@@ -1,6 +1,7 @@
 //! The stage bin: from depth order to tiles.
 use crate::common::{
     gpu,
+    records::{read_records, records},
     scenes::{Chance, flat_view},
 };
 use gobo::{
@@ -9,9 +10,9 @@ use gobo::{
     records::{GAUSSIAN_TEXELS, GpuView, MAX_VIEWS, OUTLINE_TEXEL, Outline, TileRect},
     stage::{
         bin::{self, BatchCounters, BinParams},
-        sort::{PAIR_FORMAT, Partition, pair_texture_size},
+        sort::{PAIR_FORMAT, Partition},
     },
-    wgpu::{self, BufferUsages},
+    wgpu::{BufferUsages, TextureFormat::Rgba32Uint},
 };
 use gobo_reference::{
     Pair,
@@ -20,11 +21,13 @@ use gobo_reference::{
 };
 
 /// Partitions, and tiers whose kernels differ.
-const WAYS: [(Partition, Tier); 4] = [
+const WAYS: [(Partition, Tier); 6] = [
     (Partition::Serial, Tier::Core),
     (Partition::Serial, Tier::Subgroups),
+    (Partition::Serial, Tier::Native),
     (Partition::Wide, Tier::Core),
     (Partition::Wide, Tier::Subgroups),
+    (Partition::Wide, Tier::Native),
 ];
 
 fn rect(x0: u32, y0: u32, x1: u32, y1: u32, view: u32) -> TileRect {
@@ -119,26 +122,19 @@ fn emitted(
     };
     let mut all_views = views.to_vec();
     all_views.resize(MAX_VIEWS, views[0]);
-    let records = |texels: &[Pair]| {
-        let size = pair_texture_size(texels.len() as u32);
-        let texture = gpu.texture("records", size, PAIR_FORMAT);
-        let mut all = texels.to_vec();
-        all.resize((size[0] * size[1]) as usize, Pair { key: POISON, value: POISON });
-        gpu.write_texture(&texture, &all);
-        texture
-    };
+    let poison = Pair { key: POISON, value: POISON };
+    let of_pairs = |name, tier, all: &[Pair]| records(gpu, tier, (name, PAIR_FORMAT), all, poison);
     let keys: Vec<_> = sorted.iter().map(|&value| Pair { key: 0, value }).collect();
     let corners: Vec<_> =
         rects.iter().map(|rect| Pair { key: rect.corners, value: rect.mask_view }).collect();
-    let (keys, corners) = (records(&keys), records(&corners));
-    let pairs = records(&vec![Pair { key: POISON, value: POISON }; pair_capacity as usize]);
-    let size = pair_texture_size(GAUSSIAN_TEXELS * outlines.len().max(1) as u32);
-    let setups = gpu.texture("setups", size, wgpu::TextureFormat::Rgba32Uint);
-    let mut texels = vec![[POISON; 4]; (size[0] * size[1]) as usize];
+    let keys = of_pairs("sorted", tier, &keys);
+    let corners = of_pairs("rects", tier, &corners);
+    let pairs = of_pairs("pairs", tier, &vec![poison; pair_capacity as usize]);
+    let mut texels = vec![[POISON; 4]; GAUSSIAN_TEXELS as usize * outlines.len()];
     for (outline, setup) in outlines.iter().zip(texels.chunks_exact_mut(GAUSSIAN_TEXELS as usize)) {
         setup[OUTLINE_TEXEL as usize] = bytemuck::cast(*outline);
     }
-    gpu.write_texture(&setups, &texels);
+    let setups = records(gpu, tier, ("setups", Rgba32Uint), &texels, [POISON; 4]);
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let params = gpu.upload("bin_params", &[params], BufferUsages::UNIFORM);
     let view_buffer = gpu.upload("views", &all_views, BufferUsages::UNIFORM);
@@ -151,7 +147,7 @@ fn emitted(
         .with("views", &view_buffer)
         .with("sorted", &keys)
         .with("rects", &corners)
-        .with("setups", &setups)
+        .with("setups", setups)
         .with("run_offsets", &runs)
         .with("counters", &counters)
         .with("dispatches", &dispatches)
@@ -166,12 +162,12 @@ fn emitted(
     }
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
-    (gpu.read_texture(&pairs), gpu.read(&overflow), gpu.read::<BatchCounters>(&counters)[0])
+    (read_records(gpu, &pairs), gpu.read(&overflow), gpu.read::<BatchCounters>(&counters)[0])
 }
 
 /// Compares pairs and overflow of both shapes with the reference's.
 fn assert_emitted(rects: &[TileRect], views: &[GpuView], tile_count: u32, capacity: u32) {
-    let gpu = gpu(Tier::Subgroups);
+    let gpu = gpu(Tier::Native);
     let visible = |&i: &u32| rects[i as usize].mask_view & 0xffff != 0;
     let sorted: Vec<_> = (0..rects.len() as u32).rev().filter(visible).collect();
     let bins = bin(&sorted, rects, |_| None, views, tile_count, capacity);
@@ -240,7 +236,7 @@ fn ellipse(chance: &mut Chance) -> Ellipse {
 /// Count and emit find the same tiles of an outline as the reference, integer by integer.
 #[test]
 fn both_shapes_emit_the_tiles_of_outlines() {
-    let gpu = gpu(Tier::Subgroups);
+    let gpu = gpu(Tier::Native);
     let views = [flat_view(1024, 1.0).to_gpu(0, UVec2::ZERO, 0)];
     let mut chance = Chance::new(3);
     let (mut rects, mut outlines) = (Vec::new(), Vec::new());

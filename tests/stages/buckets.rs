@@ -1,6 +1,7 @@
 //! bin by buckets: each tile's pairs in the order of stable sorts, and how few dispatches a frame has.
 use crate::common::{
     gpu,
+    records::{read_records, records},
     scenes::{Chance, flat_view},
     shadows,
 };
@@ -16,7 +17,7 @@ use gobo::{
         buckets::{self, BUCKET_LANES, BUCKET_PAIRS},
         sort::{PAIR_FORMAT, Partition, pair_texture_size},
     },
-    wgpu::{self, BufferUsages},
+    wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
 };
 use gobo_reference::{Pair, bin::bin};
 
@@ -59,30 +60,24 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
     let params = BinParams::new(Partition::Wide, footprint_count, room as u32, TILES, 2, SEGMENT);
     let mut all_views = views.to_vec();
     all_views.resize(MAX_VIEWS, views[0]);
-    let records = |label, texels: &[Pair]| {
-        let size = pair_texture_size(texels.len() as u32);
-        let texture = gpu.texture(label, size, PAIR_FORMAT);
-        let mut all = texels.to_vec();
-        all.resize((size[0] * size[1]) as usize, Pair { key: 0, value: 0 });
-        gpu.write_texture(&texture, &all);
-        texture
-    };
+    let none = Pair { key: 0, value: 0 };
+    let of_pairs = |name, tier, all: &[Pair]| records(gpu, tier, (name, PAIR_FORMAT), all, none);
     let corners: Vec<_> =
         rects.iter().map(|rect| Pair { key: rect.corners, value: rect.mask_view }).collect();
-    let pairs = records("pairs", &vec![Pair { key: 0, value: 0 }; room]);
-    let tiles = gpu.texture("tiles", pair_texture_size(TILES), wgpu::TextureFormat::Rgba32Uint);
+    let pairs = of_pairs("pairs", tier, &vec![none; room]);
+    let tiles = gpu.texture("tiles", pair_texture_size(TILES), Rgba32Uint);
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let words = |label, count: usize| gpu.upload(label, &vec![0_u32; count], storage);
     let counters = gpu.upload("counters", &[BatchCounters::default()], storage);
     let segments = gpu.upload("segments", &vec![Segment::default(); room], storage);
     // No footprint is a Gaussian with an outline.
-    let setups = gpu.texture("setups", [1, 1], wgpu::TextureFormat::Rgba32Uint);
+    let setups = records(gpu, tier, ("setups", Rgba32Uint), &[[0; 4]], [0; 4]);
     let resources = Resources::new()
-        .with("setups", &setups)
+        .with("setups", setups)
         .with("bin_params", &gpu.upload("bin_params", &[params], BufferUsages::UNIFORM))
         .with("views", &gpu.upload("views", &all_views, BufferUsages::UNIFORM))
-        .with("keys", &records("keys", keys))
-        .with("rects", &records("rects", &corners))
+        .with("keys", of_pairs("keys", tier, keys))
+        .with("rects", of_pairs("rects", tier, &corners))
         .with("counters", &counters)
         .with("dispatches", &words("dispatches", 4 * bin::DispatchEntry::COUNT as usize))
         .with("scattered_tiles", &words("scattered_tiles", TILES as usize))
@@ -109,7 +104,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
     gpu.queue.submit([encoder.finish()]);
     let texels: Vec<[u32; 4]> = gpu.read_texture(&tiles);
     Found {
-        pairs: gpu.read_texture(&pairs),
+        pairs: read_records(gpu, &pairs),
         tiles: texels[..TILES as usize]
             .iter()
             .map(|&[first, end, merged, _]| [first, end, merged])
@@ -122,7 +117,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
 /// Few pairs a tile, a chunk's and one more, and several chunks; equal keys keep the order of the footprints.
 #[test]
 fn buckets_are_what_the_reference_bins() {
-    let gpu = gpu(Tier::Subgroups);
+    let gpu = gpu(Tier::Native);
     let views = [0, 16].map(|first_tile| flat_view(64, 1.0).to_gpu(first_tile, UVec2::ZERO, 0));
     let mut chance = Chance::new(11);
     for (count, crowd, depths) in
@@ -135,7 +130,7 @@ fn buckets_are_what_the_reference_bins() {
         let mut sorted: Vec<_> = (0..count).filter(visible).collect();
         sorted.sort_by_key(|&i| keys[i as usize].key);
         let bins = bin(&sorted, &rects, |_| None, &views, TILES, u32::MAX);
-        for tier in [Tier::Core, Tier::Subgroups] {
+        for &tier in Tier::ALL {
             let name = format!("{count} footprints, {tier:?}");
             let found = binned(&gpu, tier, &keys, &rects, &views);
             let mut segments = 0;

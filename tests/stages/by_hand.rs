@@ -1,7 +1,7 @@
 //! A handmade batch: two views in a poisoned atlas, their tiles and sums, and a kernel's outputs.
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3},
-    gpu::{Constant, Gpu, KernelDesc, RecordForm, Resource, Resources, Tier},
+    gpu::{Constant, Gpu, KernelDesc, Resource, Resources, Tier},
     records::{CasterRecord, Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
     stage::{
         features::{Features, Flags},
@@ -93,15 +93,25 @@ pub(super) fn records<const N: usize>(
     texture
 }
 
-/// Casters in the form in which the tier's kernels read them.
+/// Records where the device's kernels read them; poison follows.
+pub(super) fn in_form<const N: usize>(
+    gpu: &Gpu,
+    name: &str,
+    format: Format,
+    words: &[[u32; N]],
+) -> Resource {
+    crate::common::records::records(gpu, gpu.tier, (name, format), words, [POISON; N])
+}
+
+/// Casters where the device's kernels read them.
 pub(super) fn casters(gpu: &Gpu, casters: &[CasterRecord]) -> Resource {
-    match gpu.tier.record_form() {
-        RecordForm::Buffers => (&gpu.upload("casters", casters, BufferUsages::STORAGE)).into(),
-        RecordForm::Textures => {
-            let texels = bytemuck::cast_slice(casters);
-            (&records::<4>(gpu, "casters", Format::Rgba32Uint, texels)).into()
-        }
-    }
+    in_form::<4>(gpu, "casters", Format::Rgba32Uint, bytemuck::cast_slice(casters))
+}
+
+/// Pairs of a tile, which no walk reads, and a footprint.
+pub(super) fn pairs(gpu: &Gpu, footprints: &[u32]) -> Resource {
+    let pairs: Vec<_> = footprints.iter().map(|&id| [POISON, id]).collect();
+    in_form(gpu, "pairs", Format::Rg32Uint, &pairs)
 }
 
 /// A soft disc, or an opaque one, of an orthographic view.

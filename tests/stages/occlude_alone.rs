@@ -3,8 +3,8 @@
 use super::{
     blockers::{Batch, Blocker, depths},
     by_hand::{
-        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, casters, disc, dispatches, records, run_all,
-        texel_of, tile_records, view_buffer, views,
+        ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, casters, disc, dispatches, in_form, pairs,
+        records, run_all, texel_of, tile_records, view_buffer, views,
     },
 };
 use crate::common::{
@@ -44,6 +44,9 @@ struct Inputs {
     materials: wgpu::Buffer,
     small: wgpu::Buffer,
     casters: Resource,
+    pairs: Resource,
+    footprints: Resource,
+    setups: Resource,
     textures: Vec<(&'static str, wgpu::Texture)>,
 }
 
@@ -75,7 +78,7 @@ impl Inputs {
         let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &solid);
         let texels =
             |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
-        let pairs: Vec<_> = batch.pairs.iter().map(|&id| [POISON, id]).collect();
+        let vectors = |name, all: &[[u32; 4]]| in_form(gpu, name, Format::Rgba32Uint, all);
         Self {
             views: view_buffer(gpu),
             materials: gpu.upload(
@@ -85,12 +88,12 @@ impl Inputs {
             ),
             small: gpu.upload("small_depths", &[0_u32], BufferUsages::STORAGE),
             casters: casters(gpu, &[caster]),
+            pairs: pairs(gpu, &batch.pairs),
+            footprints: vectors("footprints", bytemuck::cast_slice(&footprints)),
+            setups: vectors("setups", bytemuck::cast_slice(&setups)),
             textures: vec![
                 texels("tiles", tiles),
-                texels("footprints", bytemuck::cast_slice(&footprints)),
-                texels("setups", bytemuck::cast_slice(&setups)),
                 texels("triangles", &[]),
-                ("pairs", records(gpu, "pairs", Format::Rg32Uint, &pairs)),
                 ("images", gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm)),
             ],
         }
@@ -100,7 +103,10 @@ impl Inputs {
         let named = Resources::new()
             .with("views", &self.views)
             .with("materials", &self.materials)
-            .with("casters", self.casters.clone())
+            .with("casters", &self.casters)
+            .with("pairs", &self.pairs)
+            .with("footprints", &self.footprints)
+            .with("setups", &self.setups)
             .with("small_depths", &self.small);
         self.textures.iter().fold(named, |named, (name, texture)| named.with(name, texture))
     }
@@ -235,7 +241,7 @@ fn overflow_raises_the_nearness_of_its_rectangle() {
         let rect = TileRect { corners: 1 | 1 << 16, mask_view: 1 | 1 << 16 };
         let inputs = Inputs::new(&gpu, &batch, &[]);
         let rects = vec![[rect.corners, rect.mask_view]; count + 1];
-        let rects = records(&gpu, "rects", Format::Rg32Uint, &rects);
+        let rects = in_form(&gpu, "rects", Format::Rg32Uint, &rects);
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let flags = gpu.upload("scattered_tiles", &[POISON; TILES as usize], usage);
         // The first footprint, which is in front of everything, is listed past the count.
@@ -246,7 +252,7 @@ fn overflow_raises_the_nearness_of_its_rectangle() {
         let resources = inputs
             .resources()
             .and(&sums.resources())
-            .with("rects", &rects)
+            .with("rects", rects)
             .with("scattered_tiles", &flags)
             .with("overflow", &overflow)
             .with("dispatches", &dispatches);

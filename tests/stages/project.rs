@@ -1,6 +1,7 @@
 //! From casters to footprints, keys and tile rectangles.
 use crate::common::{
-    gpu,
+    TIERS, gpu,
+    records::{read_records, records},
     scenes::{Chance, empty, light, material, particle, triangle},
 };
 use gobo::{
@@ -8,16 +9,15 @@ use gobo::{
     gpu::{Gpu, KernelDesc, Resources, Tier},
     model::{LightKind, Material, Scene, Shape, Transfer},
     records::{
-        CASTER_TEXELS, CasterRecord, FOOTPRINT_TEXELS, Footprint, GpuMaterial, GpuView,
-        MAX_MATERIALS, MAX_VIEWS, SETUP_TEXELS, TRIANGLE_TEXELS, TileRect, TriangleRecord,
-        TriangleSetup,
+        CasterRecord, Footprint, GpuMaterial, GpuView, MAX_MATERIALS, MAX_VIEWS, TileRect,
+        TriangleRecord, TriangleSetup,
     },
     stage::{
         project::{CHUNK_SIZE, Chunk, PARTICLES, ProjectParams, TRIANGLES, grid},
-        sort::{PAIR_FORMAT, PAIR_ROW, pair_texture_size},
+        sort::PAIR_FORMAT,
     },
     view::shadow_views,
-    wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
+    wgpu::{BufferUsages, TextureFormat::Rgba32Uint},
 };
 use gobo_reference::{
     Pair,
@@ -92,6 +92,7 @@ fn chunks(count: u32, views: u32) -> (Vec<Chunk>, u32) {
 }
 
 /// Output of the kernel, with poison in the gaps.
+#[derive(Debug, PartialEq)]
 struct Written {
     keys: Vec<Pair>,
     rects: Vec<Pair>,
@@ -107,34 +108,36 @@ struct Input<'a> {
     params: ProjectParams,
 }
 
-fn poisoned(gpu: &Gpu, name: &str, texels: u32) -> wgpu::Texture {
-    let size = [PAIR_ROW, texels.div_ceil(PAIR_ROW).max(1)];
-    let texture = gpu.texture(name, size, Rgba32Uint);
-    gpu.write_texture(&texture, &vec![[POISON; 4]; (size[0] * size[1]) as usize]);
-    texture
-}
-
+/// Written by every form of a kernel.
 fn project<T: bytemuck::NoUninit>(
     gpu: &Gpu,
     desc: &'static KernelDesc,
-    (name, texels, records): (&'static str, u32, &[T]),
+    casters: (&'static str, &[T]),
     input: &Input<'_>,
 ) -> Written {
-    let kernel = gpu.kernels.kernel(&gpu.device, desc, Tier::Core, &[], &[]).unwrap();
-    let size = [PAIR_ROW, (texels * records.len() as u32).div_ceil(PAIR_ROW).max(1)];
-    let casters = gpu.texture(name, size, Rgba32Uint);
-    let mut words: Vec<u32> = bytemuck::cast_slice(records).to_vec();
-    words.resize((size[0] * size[1] * 4) as usize, 0);
-    gpu.write_texture(&casters, &words);
-    let pairs = |name: &str| {
-        let size = pair_texture_size(input.footprint_count);
-        let texture = gpu.texture(name, size, PAIR_FORMAT);
-        gpu.write_texture(&texture, &vec![[POISON; 2]; (size[0] * size[1]) as usize]);
-        texture
-    };
-    let (keys, rects) = (pairs("keys"), pairs("rects"));
-    let footprints = poisoned(gpu, "footprints", FOOTPRINT_TEXELS * input.footprint_count);
-    let setups = poisoned(gpu, "setups", SETUP_TEXELS * input.footprint_count);
+    let [core, native] = TIERS.map(|tier| project_on(gpu, tier, desc, casters, input));
+    assert_eq!(core, native, "{}", desc.name);
+    core
+}
+
+fn project_on<T: bytemuck::NoUninit>(
+    gpu: &Gpu,
+    tier: Tier,
+    desc: &'static KernelDesc,
+    (name, casters): (&'static str, &[T]),
+    input: &Input<'_>,
+) -> Written {
+    let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], &[]).unwrap();
+    let texels: &[[u32; 4]] = bytemuck::cast_slice(casters);
+    let form_of = |name| if name == "triangles" { Tier::Core } else { tier };
+    let casters = records(gpu, form_of(name), (name, Rgba32Uint), texels, [0; 4]);
+    let poison = vec![[POISON; 2]; input.footprint_count as usize];
+    let pairs = |name, tier| records(gpu, tier, (name, PAIR_FORMAT), &poison, [POISON; 2]);
+    let (keys, rects) = (pairs("keys", tier), pairs("rects", tier));
+    let poison = vec![[POISON; 8]; input.footprint_count as usize];
+    let footprints = records(gpu, tier, ("footprints", Rgba32Uint), &poison, [POISON; 8]);
+    let poison = vec![[POISON; 32]; input.footprint_count as usize];
+    let setups = records(gpu, tier, ("setups", Rgba32Uint), &poison, [POISON; 32]);
     let mut views = input.views.to_vec();
     views.resize(MAX_VIEWS, input.views[0]);
     let mut materials = input.materials.to_vec();
@@ -144,7 +147,7 @@ fn project<T: bytemuck::NoUninit>(
     let params = gpu.upload("project_params", &[input.params], BufferUsages::UNIFORM);
     let chunks = gpu.upload("chunks", input.chunks, BufferUsages::STORAGE);
     let resources = Resources::new()
-        .with(name, &casters)
+        .with(name, casters)
         .with("views", &views)
         .with("materials", &materials)
         .with("project_params", &params)
@@ -160,10 +163,10 @@ fn project<T: bytemuck::NoUninit>(
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
     Written {
-        keys: gpu.read_texture(&keys),
-        rects: gpu.read_texture(&rects),
-        footprints: gpu.read_texture(&footprints),
-        setups: gpu.read_texture(&setups),
+        keys: read_records(gpu, &keys),
+        rects: read_records(gpu, &rects),
+        footprints: read_records(gpu, &footprints),
+        setups: read_records(gpu, &setups),
     }
 }
 
@@ -227,7 +230,7 @@ impl Written {
 
 #[test]
 fn particles_are_projected_as_the_reference_does() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Native);
     let scene = lit(materials());
     let views = views_of(&scene);
     let materials: Vec<_> = scene.materials.iter().map(|m| GpuMaterial::new(m, &[])).collect();
@@ -259,7 +262,7 @@ fn particles_are_projected_as_the_reference_does() {
         let params = ProjectParams { chunk_count: chunks.len() as u32, ..params };
         let (views, materials) = (&views, &materials);
         let input = Input { views, materials, chunks: &chunks, footprint_count, params };
-        let written = project(&gpu, &PARTICLES, ("casters", CASTER_TEXELS, &casters), &input);
+        let written = project(&gpu, &PARTICLES, ("casters", &casters), &input);
         let mut all = Compared::default();
         for chunk in &chunks {
             for lane in 0..chunk.count {
@@ -289,7 +292,7 @@ fn particles_are_projected_as_the_reference_does() {
 
 #[test]
 fn triangles_are_projected_as_the_reference_does() {
-    let gpu = gpu(Tier::Core);
+    let gpu = gpu(Tier::Native);
     let scene = lit(materials());
     let views = views_of(&scene);
     let materials: Vec<_> = scene.materials.iter().map(|m| GpuMaterial::new(m, &[])).collect();
@@ -318,7 +321,7 @@ fn triangles_are_projected_as_the_reference_does() {
         };
         let (views, materials) = (&views, &materials);
         let input = Input { views, materials, chunks: &chunks, footprint_count, params };
-        let written = project(&gpu, &TRIANGLES, ("triangles", TRIANGLE_TEXELS, &records), &input);
+        let written = project(&gpu, &TRIANGLES, ("triangles", &records), &input);
         let mut all = Compared::default();
         for chunk in &chunks {
             for lane in 0..chunk.count {

@@ -1,10 +1,13 @@
-use crate::common::gpu;
+use crate::common::{
+    gpu,
+    records::{read_records, records},
+};
 use gobo::{
     frame::{Commands, Kernels, Sort, SortCount},
-    gpu::{Gpu, Tier, Timeline},
+    gpu::{Gpu, Resource, Tier, Timeline},
     model::MAX_PAIRS,
     stage::{
-        sort::{PAIR_FORMAT, PAIR_ROW, Partition, digits, pair_limit, pair_texture_size},
+        sort::{PAIR_FORMAT, PAIR_ROW, Partition, digits, pair_limit},
         tuning::Tuning,
     },
     wgpu,
@@ -14,10 +17,12 @@ use gobo_reference::Pair;
 use std::ops::Range;
 
 /// Shapes, and tiers whose kernels differ for them.
-const WAYS: [(Partition, Tier); 3] = [
+const WAYS: [(Partition, Tier); 5] = [
     (Partition::Serial, Tier::Core),
+    (Partition::Serial, Tier::Native),
     (Partition::Wide, Tier::Core),
     (Partition::Wide, Tier::Subgroups),
+    (Partition::Wide, Tier::Native),
 ];
 const POISON: Pair = Pair { key: 0xdead_beef, value: 0xdead_beef };
 
@@ -53,26 +58,22 @@ fn sorted(pairs: &[Pair], bits: Range<u32>) -> Vec<Pair> {
     pairs
 }
 
-/// Two textures full of poison, except for `pairs` at the start of the first.
-fn pair_textures(gpu: &Gpu, pairs: &[Pair], capacity: u32) -> [wgpu::Texture; 2] {
-    let size = pair_texture_size(capacity);
-    ["pairs", "sorted_pairs"].map(|label| {
-        let texture = gpu.texture(label, size, PAIR_FORMAT);
-        let mut texels = vec![POISON; (size[0] * size[1]) as usize];
-        if label == "pairs" {
-            texels[..pairs.len()].copy_from_slice(pairs);
-        }
-        gpu.write_texture(&texture, &texels);
-        texture
-    })
+/// Two arrays full of poison, except for `pairs` at the start of the first.
+fn pair_records(gpu: &Gpu, tier: Tier, pairs: &[Pair], capacity: u32) -> [Resource; 2] {
+    let mut first = pairs.to_vec();
+    first.resize(pairs.len().max(capacity as usize), POISON);
+    let second = vec![POISON; first.len()];
+    [("pairs", first), ("sorted_pairs", second)]
+        .map(|(name, all)| records(gpu, tier, (name, PAIR_FORMAT), &all, POISON))
 }
 
 fn kernels(gpu: &Gpu, (shape, tier): (Partition, Tier)) -> Kernels {
-    let tuning = Tuning { partition: shape, ..Tuning::of(&gpu.adapter) };
+    let record_form = tier.record_form();
+    let tuning = Tuning { partition: shape, record_form, ..Tuning::of(&gpu.adapter) };
     Kernels::new(&gpu.device, tier, tuning, gpu.kernels.clone())
 }
 
-/// Sorts the first `count` of `pairs`; returns all texels of the result.
+/// Sorts the first `count` of `pairs`; returns the result and what follows.
 fn sort_on(
     gpu: &Gpu,
     way: (Partition, Tier),
@@ -83,16 +84,15 @@ fn sort_on(
     let capacity = match count {
         SortCount::Known(capacity) | SortCount::FromBuffer { capacity, .. } => capacity,
     };
-    let textures = pair_textures(gpu, pairs, capacity);
-    let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
-    let sort = Sort::new(&kernels(gpu, way), views.each_ref(), count, bits).unwrap();
+    let both = pair_records(gpu, way.1, pairs, capacity);
+    let sort = Sort::new(&kernels(gpu, way), both.each_ref(), count, bits).unwrap();
     let result = sort.result();
     let mut commands = Commands::new();
     commands.pass("gobo sort", sort.dispatches);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     commands.record(&mut encoder, &mut Timeline::untimed());
     gpu.queue.submit([encoder.finish()]);
-    gpu.read_texture(&textures[result])
+    read_records(gpu, &both[result])
 }
 
 fn check(gpu: &Gpu, way: (Partition, Tier), pairs: &[Pair], bits: Range<u32>) {
@@ -126,7 +126,7 @@ fn digits_are_even_and_cover_the_bits() {
 
 #[test]
 fn gpu_matches_cpu() {
-    let gpu = gpu(Tier::Subgroups);
+    let gpu = gpu(Tier::Native);
     for way in WAYS {
         for count in [0, 1, 63, 64, 65, 1000, 600_003] {
             for bits in [0..12, 0..24, 0..32, 5..14] {
@@ -140,7 +140,7 @@ fn gpu_matches_cpu() {
 
 #[test]
 fn gpu_sort_is_stable_whatever_the_keys() {
-    let gpu = gpu(Tier::Subgroups);
+    let gpu = gpu(Tier::Native);
     let count = 20_000;
     for way in WAYS {
         check(&gpu, way, &with_keys(count, |_| 7), 0..24);
@@ -153,7 +153,7 @@ fn gpu_sort_is_stable_whatever_the_keys() {
 
 #[test]
 fn a_million_pairs_match() {
-    let gpu = gpu(Tier::Subgroups);
+    let gpu = gpu(Tier::Native);
     for way in WAYS {
         check(&gpu, way, &mixed(1_300_001), 0..16);
     }
@@ -161,7 +161,7 @@ fn a_million_pairs_match() {
 
 #[test]
 fn count_may_stay_below_the_capacity() {
-    let gpu = gpu(Tier::Subgroups);
+    let gpu = gpu(Tier::Native);
     let pairs = mixed(3000);
     let expected = sorted(&pairs, 0..24);
     for way in WAYS {
@@ -199,7 +199,7 @@ fn partitions_of_the_capacity_hold_those_of_any_count() {
 /// A count past the capacity: the first `capacity` pairs are sorted, none is written past them.
 #[test]
 fn count_past_the_capacity_is_the_capacity() {
-    let gpu = gpu(Tier::Subgroups);
+    let gpu = gpu(Tier::Native);
     let pairs = mixed(3000);
     let expected = sorted(&pairs[..2000], 0..12);
     let counts = gpu.upload("counts", &[u32::MAX], wgpu::BufferUsages::STORAGE);
@@ -214,11 +214,11 @@ fn count_past_the_capacity_is_the_capacity() {
 
 #[test]
 fn too_many_pairs_are_refused() {
-    let gpu = gpu(Tier::Subgroups);
-    let view = gpu.texture("pairs", [1, 1], PAIR_FORMAT).create_view(&Default::default());
+    let gpu = gpu(Tier::Native);
+    let [pairs, sorted_pairs] = pair_records(&gpu, WAYS[0].1, &[], 1);
     let kernels = kernels(&gpu, WAYS[0]);
     let limit = pair_limit(&gpu.device);
     let count = SortCount::Known(limit + 1);
-    let error = Sort::new(&kernels, [&view, &view], count, 0..8).unwrap_err();
+    let error = Sort::new(&kernels, [&pairs, &sorted_pairs], count, 0..8).unwrap_err();
     assert!(error.to_string().contains(&(limit + 1).to_string()), "{error}");
 }

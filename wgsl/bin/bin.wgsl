@@ -3,17 +3,16 @@
 
 import package::bin::tiles::raise_dispatch;
 import package::bind::changed::{counters, dispatches, overflow, run_offsets, scattered_tiles, tile_cursors};
-import package::bind::loaded::{rects, sorted};
-import package::bind::stored::pairs;
 import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{
     OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH, RUN_PAIRS, emit_turns, rect_count,
 };
 import package::records::outline::{is_outlined, load_outline, outline_farthest, outlined_columns};
-import package::records::record::record_texel;
 import package::scan::prefix::{SCAN_LANES, agreed};
+import choice::records::{rect_record, sorted_record};
 import choice::scan::prefix_sum;
+import choice::writes::write_pair;
 
 override WORKGROUP_SIZE: u32; // at least as many as `dispatches` has words
 
@@ -64,8 +63,8 @@ fn bin_count(
     var run_turns = 0u;
     var visible = 0u;
     for (var i = first; i < end; i += 1u) {
-        let footprint = textureLoad(sorted, record_texel(i)).g;
-        let rect = textureLoad(rects, record_texel(footprint)).rg;
+        let footprint = sorted_record(i).y;
+        let rect = rect_record(footprint);
         let count = rect_count(rect);
         let turns = emit_turns(rect, count);
         let counted = run_turns + turns <= RUN_PAIRS;
@@ -125,8 +124,8 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     var run_turns = 0u;
     var overflowed = 0u; // running total of all runs after this one's last addition
     for (var i = first; i < end; i += 1u) {
-        let footprint = textureLoad(sorted, record_texel(i)).g;
-        let rect = textureLoad(rects, record_texel(footprint)).rg;
+        let footprint = sorted_record(i).y;
+        let rect = rect_record(footprint);
         var count = rect_count(rect);
         let turns = emit_turns(rect, count);
         let counted = run_turns + turns <= RUN_PAIRS;
@@ -154,7 +153,7 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
             let at = select(next, corner + vec2(bit & 3u, bit >> 2u), small);
             next = select(vec2(next.x + 1u, next.y), vec2(corner.x, next.y + 1u), next.x == last.x);
             let tile = view.first_tile + at.y * view.tiles_x + at.x;
-            textureStore(pairs, record_texel(offset + k), vec4(tile, footprint, 0u, 0u));
+            write_pair(offset + k, vec2(tile, footprint));
         }
         offset += select(0u, count, counted);
         run_turns += select(0u, turns, counted);
@@ -174,7 +173,7 @@ fn emit_outlined(rect: vec2<u32>, first_tile: u32, tiles_x: u32, footprint: u32,
         let columns = outlined_columns(outline, farthest, row, rect.x);
         for (var x = columns.x; x < columns.y; x += 1u) {
             let tile = first_tile + row * tiles_x + x;
-            textureStore(pairs, record_texel(pair), vec4(tile, footprint, 0u, 0u));
+            write_pair(pair, vec2(tile, footprint));
             pair += 1u;
         }
     }

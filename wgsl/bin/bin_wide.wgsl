@@ -4,15 +4,14 @@
 import package::bin::bin::emit_outlined;
 import package::bin::tiles::raise_dispatch;
 import package::bind::changed::{counters, overflow, run_offsets};
-import package::bind::loaded::{rects, sorted};
-import package::bind::stored::pairs;
 import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH, rect_count};
 import package::records::outline::is_outlined;
-import package::records::record::record_texel;
 import package::scan::prefix::SCAN_LANES;
+import choice::records::{rect_record, sorted_record};
 import choice::scan::prefix_sum;
+import choice::writes::write_pair;
 
 // bin, count, on GPUs: number of pairs of each run of the depth-sorted footprints. One workgroup per run;
 // each lane takes a footprint at a time. The sums stand in `run_offsets` from index `run_count` on.
@@ -26,8 +25,8 @@ fn bin_count_wide(
     var pair_count = 0u;
     var visible = 0u;
     for (var i = first + lane; i < end; i += SCAN_LANES) {
-        let footprint = textureLoad(sorted, record_texel(i)).g;
-        let count = rect_count(textureLoad(rects, record_texel(footprint)).rg);
+        let footprint = sorted_record(i).y;
+        let count = rect_count(rect_record(footprint));
         pair_count += count;
         visible += min(count, 1u);
     }
@@ -58,8 +57,8 @@ fn bin_emit_wide(
         var footprint = 0u;
         var rect = vec2(0u);
         if i < end {
-            footprint = textureLoad(sorted, record_texel(i)).g;
-            rect = textureLoad(rects, record_texel(footprint)).rg;
+            footprint = sorted_record(i).y;
+            rect = rect_record(footprint);
         }
         let count = rect_count(rect);
         let prefix = prefix_sum(lane, count);
@@ -79,8 +78,7 @@ fn bin_emit_wide(
             let source = taken[owner];
             if source.tiles_x > 0u {
                 let before = select(0u, ends[max(owner, 1u) - 1u], owner > 0u);
-                let pair = vec4(nth_tile(source, k - before), source.footprint, 0u, 0u);
-                textureStore(pairs, record_texel(offset + k), pair);
+                write_pair(offset + k, vec2(nth_tile(source, k - before), source.footprint));
             }
         }
         if outlined && fits {

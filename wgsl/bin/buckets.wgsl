@@ -4,9 +4,7 @@
 import package::bin::bin_wide::{ends, lane_of, nth_tile, take, taken};
 import package::bin::tiles::record_tile;
 import package::bind::changed::{bucketed, counters, tile_cursors};
-import package::bind::loaded::rects;
 import package::bind::sampled::tiles;
-import package::bind::stored::pairs;
 import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{rect_count, workgroup_number};
@@ -15,7 +13,9 @@ import package::records::record::record_texel;
 import package::records::tile::tile_of;
 import package::scan::prefix::{SCAN_LANES, agreed};
 import choice::bucket::{put_tile, see};
+import choice::records::rect_record;
 import choice::scan::prefix_sum;
+import choice::writes::write_pair;
 
 // The tiles of a Gaussian whose rectangle is large.
 fn put_outlined(rect: vec2<u32>, footprint: u32) {
@@ -40,7 +40,7 @@ fn bucket_tiles(
     let footprint = id.x;
     var rect = vec2(0u);
     if footprint < bin_params.footprint_count {
-        rect = textureLoad(rects, record_texel(footprint)).rg;
+        rect = rect_record(footprint);
     }
     let count = rect_count(rect);
     see(count);
@@ -138,10 +138,6 @@ fn rank_in(first: u32, count: u32, pair: vec2<u32>) -> u32 {
     return low;
 }
 
-fn store(tile: u32, slot: u32, pair: vec2<u32>) {
-    textureStore(pairs, record_texel(slot), vec4(tile, pair.y, 0u, 0u));
-}
-
 // bin, buckets: the pairs of each tile, front to back, by depth key and then by footprint, which is the order
 // of the stable sorts. One workgroup per tile. Up to CHUNK pairs are sorted in workgroup memory (bitonic:
 // Batcher 1968); chunks of more are merged, two by two, from one half of `bucketed` to the other.
@@ -160,7 +156,7 @@ fn bucket_sort(
         sort_chunk(lane, first + begin, of_chunk);
         for (var i = lane; i < of_chunk; i += LANES) {
             if count <= CHUNK {
-                store(tile, first + i, held[i]);
+                write_pair(first + i, vec2(tile, held[i].y));
             } else {
                 bucketed[first + begin + i] = held[i];
             }
@@ -182,7 +178,7 @@ fn bucket_sort(
             }
             let slot = min(own, other) + i - own + rank;
             if is_last {
-                store(tile, first + slot, pair);
+                write_pair(first + slot, vec2(tile, pair.y));
             } else {
                 bucketed[merged_at + slot] = pair;
             }

@@ -3,16 +3,16 @@
 // llvmpipe allows an invocation 65,535 turns. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::parts::band_of;
-import package::bind::loaded::{keys, rects, sorted};
 import package::bind::read::{dispatches, tile_pairs};
 import package::bind::sampled::tiles;
-import package::bind::stored::pairs;
 import package::bind::uniform::bin_params;
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{PART_DISPATCH, covers, workgroup_number};
 import package::records::outline::{is_outlined, is_within, load_outline};
 import package::records::record::record_texel;
 import package::records::tile::{Tile, tile_of};
+import choice::records::{key_record, rect_record, sorted_record};
+import choice::writes::write_pair;
 
 const LANES: u32 = 128u;
 const WORDS: u32 = 4u; // words of 32 footprints each that a lane walks at a time
@@ -26,14 +26,14 @@ var<private> found: u32; // those of them that touch the tile
 var<private> slot: u32;  // of the next pair
 
 fn footprint_of(index: u32) -> u32 {
-    return textureLoad(sorted, record_texel(index)).g;
+    return sorted_record(index).y;
 }
 
 fn test(tile: Tile, first: u32) {
     let bit = firstTrailingBit(left | 0x80000000u);
     let index = min(first + bit, bin_params.footprint_count - 1u);
     let footprint = footprint_of(index);
-    let rect = textureLoad(rects, record_texel(footprint)).rg;
+    let rect = rect_record(footprint);
     var touches = left != 0u && covers(rect, tile.view, tile.position);
     if HAS_GAUSSIANS && touches && is_outlined(rect) {
         touches = is_within(load_outline(footprint), rect, tile.position);
@@ -48,7 +48,7 @@ fn touching(tile: Tile, band: u32, word: u32) -> u32 {
     found = 0u;
     left = 0u;
     if first < bin_params.footprint_count {
-        left = textureLoad(keys, record_texel(first + band / 2u))[band & 1u];
+        left = key_record(first + band / 2u)[band & 1u];
     }
     while left != 0u {
         test(tile, first);
@@ -65,8 +65,7 @@ fn touching(tile: Tile, band: u32, word: u32) -> u32 {
 
 fn put(tile_id: u32, first: u32) {
     if left != 0u {
-        let footprint = footprint_of(first + firstTrailingBit(left));
-        textureStore(pairs, record_texel(slot), vec4(tile_id, footprint, 0u, 0u));
+        write_pair(slot, vec2(tile_id, footprint_of(first + firstTrailingBit(left))));
         slot += 1u;
         left &= left - 1u;
     }

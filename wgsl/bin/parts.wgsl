@@ -2,8 +2,6 @@
 
 import package::bin::tiles::record_tile;
 import package::bind::changed::{counters, dispatches, part_turn, tile_pairs};
-import package::bind::loaded::{rects, sorted};
-import package::bind::stored::keys;
 import package::bind::uniform::{bin_params, part_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{
@@ -11,7 +9,8 @@ import package::records::batch::{
     workgroup_number,
 };
 import package::records::outline::{Outline, is_outlined, is_within, load_outline};
-import package::records::record::record_texel;
+import choice::records::{rect_record, sorted_record};
+import choice::writes::write_key;
 
 // Bands: runs of a batch's tiles. Each band has a row of bits, one per footprint in depth order, set if the
 // footprint may touch the band. 32 footprints have 32 texels of `keys`, with the words of two bands in each.
@@ -35,11 +34,11 @@ fn part_clear(@builtin(global_invocation_id) id: vec3<u32>) {
 const LANES: u32 = 32u;
 
 fn footprint_of(index: u32) -> u32 {
-    return textureLoad(sorted, record_texel(min(index, bin_params.footprint_count - 1u))).g;
+    return sorted_record(min(index, bin_params.footprint_count - 1u)).y;
 }
 
 fn rect_of(index: u32) -> vec2<u32> {
-    let rect = textureLoad(rects, record_texel(footprint_of(index))).rg;
+    let rect = rect_record(footprint_of(index));
     return select(vec2(0u), rect, index < bin_params.footprint_count);
 }
 
@@ -92,7 +91,7 @@ fn part_count(
         let odd = bands.x <= 2u * lane + 1u && 2u * lane + 1u <= bands.y;
         words |= select(vec2(0u), vec2(1u << i), vec2(even, odd));
     }
-    textureStore(keys, record_texel(first + lane), vec4(words, 0u, 0u));
+    write_key(first + lane, words);
 }
 
 const PLAN_LANES: u32 = 256u;

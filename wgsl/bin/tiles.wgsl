@@ -1,12 +1,12 @@
 // Records of tiles and segments. CPU reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bind::changed::{counters, dispatches, merged_tiles, scattered_tiles, segments};
-import package::bind::loaded::pairs;
 import package::bind::stored::tiles;
 import package::bind::uniform::{bin_params, views};
 import package::records::batch::{MERGED_DISPATCH, PARTED_DISPATCH, SEGMENT_DISPATCH};
 import package::records::record::{bounded, record_texel};
 import package::records::tile::{Segment, Tile, tile_record};
+import choice::records::pair_record;
 
 override WORKGROUP_SIZE: u32;
 
@@ -17,8 +17,8 @@ fn pair_range(tile: u32) -> vec2<u32> {
     while any(low < high) {
         let middle = low + (high - low) / 2u;
         let before = vec2(
-            textureLoad(pairs, record_texel(middle.x)).r < tile,
-            textureLoad(pairs, record_texel(middle.y)).r <= tile,
+            pair_record(middle.x).x < tile,
+            pair_record(middle.y).x <= tile,
         ) & (low < high);
         high = select(middle, high, before);
         low = select(low, middle + 1u, before);

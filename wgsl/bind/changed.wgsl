@@ -3,10 +3,17 @@
 import package::records::batch::{BatchCounters, BinParams, Chunk, ProjectParams};
 import package::records::emitter::GpuEmitted;
 import package::records::host::LoadedGroups;
-import package::records::record::CasterRecord;
+import package::records::record::{CasterRecord, FootprintRecord};
 import package::records::tile::Segment;
 
 @group(0) @binding(33) var<storage, read_write> casters: array<CasterRecord>;
+@group(0) @binding(39) var<storage, read_write> footprints: array<FootprintRecord>;
+@group(0) @binding(46) var<storage, read_write> pairs: array<vec2<u32>>;
+@group(0) @binding(48) var<storage, read_write> rects: array<vec2<u32>>;
+@group(0) @binding(50) var<storage, read_write> setups: array<vec4<u32>>;
+@group(0) @binding(57) var<storage, read_write> keys: array<vec2<u32>>;
+@group(0) @binding(61) var<storage, read_write> sorted_pairs: array<vec2<u32>>;
+@group(0) @binding(69) var<storage, read_write> clipped_rects: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read_write> chunks: array<Chunk>;
 @group(0) @binding(11) var<storage, read_write> dispatches: array<atomic<u32>>;
 @group(0) @binding(12) var<storage, read_write> merged_tiles: array<u32>;

@@ -3,10 +3,16 @@
 import package::records::batch::Chunk;
 import package::records::emitter::GpuEmitted;
 import package::records::host::{Caster, Gaussian, HostGroup};
-import package::records::record::CasterRecord;
+import package::records::record::{CasterRecord, FootprintRecord};
 import package::records::tile::Segment;
 
 @group(0) @binding(33) var<storage, read> casters: array<CasterRecord>;
+@group(0) @binding(39) var<storage, read> footprints: array<FootprintRecord>;
+@group(0) @binding(46) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(48) var<storage, read> rects: array<vec2<u32>>;
+@group(0) @binding(50) var<storage, read> setups: array<vec4<u32>>;
+@group(0) @binding(56) var<storage, read> sorted: array<vec2<u32>>;
+@group(0) @binding(57) var<storage, read> keys: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(10) var<storage, read> counts: array<u32>;
 @group(0) @binding(11) var<storage, read> dispatches: array<vec4<u32>>;

@@ -13,6 +13,8 @@
 @group(0) @binding(44) var nearests: texture_2d_array<f32>;
 @group(0) @binding(45) var opaques: texture_2d_array<f32>;
 @group(0) @binding(46) var pairs: texture_2d<u32>;
+@group(0) @binding(56) var sorted: texture_2d<u32>;
+@group(0) @binding(57) var keys: texture_2d<u32>;
 @group(0) @binding(48) var rects: texture_2d<u32>;
 @group(0) @binding(49) var rows: texture_2d_array<f32>;
 @group(0) @binding(50) var setups: texture_2d<u32>;

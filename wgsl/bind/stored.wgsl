@@ -22,6 +22,7 @@
 @group(0) @binding(108) var near_around: texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(111) var filter_mip: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(61) var sorted_pairs: texture_storage_2d<rg32uint, write>;
+@group(0) @binding(69) var clipped_rects: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(87) var new_levels: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(100) var mask_surfaces: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(101) var half_surfaces: texture_storage_2d<rgba32uint, write>;

@@ -5,7 +5,7 @@ import package::features::NODES;
 import package::records::footprint::{footprint_key, load_footprint};
 import package::records::view::GpuView;
 import choice::output::{is_scattered, open_rest, tile_steps};
-import choice::pairs::pair_footprint;
+import choice::records::pair_record;
 import choice::visit::{join_waiting, waiting_steps};
 
 const SLAB_PAIRS: u32 = 128u; // at most, besides pairs as deep as the last
@@ -22,7 +22,7 @@ fn slab_count() -> u32 {
 }
 
 fn pair_key(pair: u32) -> u32 {
-    return footprint_key(load_footprint(pair_footprint(pair)));
+    return footprint_key(load_footprint(pair_record(pair).y));
 }
 
 // First slab of the pairs first..end.

@@ -4,7 +4,6 @@
 // crates/gobo-reference/src/accumulate.rs, which sorts all hits of a ray.
 
 import package::accumulator::filter::{body_before, body_faces, body_from, start};
-import package::bind::loaded::pairs;
 import package::bind::read::{dispatches, segments};
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;
@@ -18,6 +17,7 @@ import package::records::tile::{Segment, Tile, segment_record, segment_view, til
 import package::records::view::GpuView;
 import package::traversal::lane::tile_texel;
 import choice::output::store_segment;
+import choice::records::pair_record;
 import choice::rows::Rows;
 import choice::traversal::walk;
 
@@ -25,7 +25,7 @@ import choice::traversal::walk;
 const OVERLAP: u32 = 256u;
 
 fn pair_front(pair: u32) -> f32 {
-    return front_depth(load_footprint(textureLoad(pairs, record_texel(pair)).g));
+    return front_depth(load_footprint(pair_record(pair).y));
 }
 
 @compute @workgroup_size(SHARE_LANES)

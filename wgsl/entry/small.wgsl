@@ -4,7 +4,6 @@
 import package::bind::changed::{counters, small_depths};
 import package::bind::loaded::triangles;
 import package::bind::read::chunks;
-import package::bind::sampled::rects;
 import package::bind::uniform::{project_params, views};
 import package::features::unrolled;
 import package::hit::triangle::{edge_line, edge_products, is_inside, owns_edge};
@@ -15,6 +14,7 @@ import package::records::texel::opaque_bits;
 import package::records::tile::{is_scattered, scatter_texel};
 import package::records::view::TILE_SIZE;
 import package::sums::scatter::scatter;
+import choice::records::rect_record;
 
 override WORKGROUP_SIZE: u32;
 const SPAN_SLACK: f32 = 0.015625; // [texels]; the edge functions decide
@@ -130,7 +130,7 @@ fn accumulate_tiny(
 // Number of particles that were scattered: one or none.
 fn scatter_particle(chunk: Chunk, lane: u32) -> u32 {
     let index = chunk.first_footprint + lane;
-    let rect = textureLoad(rects, record_texel(index), 0).rg;
+    let rect = rect_record(index);
     if lane >= chunk.count || !is_scattered(rect) {
         return 0u;
     }

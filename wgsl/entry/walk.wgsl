@@ -1,7 +1,7 @@
 // Entry points over tiles and segments of a list. Rust: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, merged_tiles, overflow, segments};
-import package::bind::sampled::{rects, tiles};
+import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::records::batch::{
     MERGED_DISPATCH, OVERFLOW_DISPATCH, OVERFLOW_SLICES, SEGMENT_DISPATCH, workgroup_number,
@@ -14,6 +14,7 @@ import package::traversal::lane::{lane_texel, tile_texel};
 import choice::accumulator::{ROWS, start};
 import choice::order::tile_number;
 import choice::output::{add, before_segment, before_tile, resolve, store_segment, store_tile};
+import choice::records::rect_record;
 import choice::tiles::walk_tiles;
 import choice::traversal::walk;
 
@@ -99,7 +100,7 @@ fn scatter_overflow(
         return;
     }
     let index = overflow[slot];
-    let rect = textureLoad(rects, record_texel(index), 0).rg;
+    let rect = rect_record(index);
     let view = views[rect.y >> 16u];
     let footprint = load_footprint(index);
     let first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);

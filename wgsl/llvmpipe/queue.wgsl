@@ -4,12 +4,11 @@
 // time are multiplied in, with no branch in between. CPU reference: crates/gobo-reference/src/accumulate.rs.
 
 import package::accumulator::plain::{corner, seeks, settled, visit_plain};
-import package::bind::loaded::pairs;
 import package::records::footprint::{footprint_key, key_depth, load_footprint};
-import package::records::record::record_texel;
 import package::records::view::GpuView;
 import package::traversal::lane::{Block, block_high, block_low};
 import choice::plain::{Plain, SEEKS_APART, broadcast, only_if, plain_touches, prepare};
+import choice::records::pair_record;
 
 // Whether tiles have many casters.
 override DENSE: bool = true;
@@ -81,7 +80,7 @@ fn without_eight(old: Collected) -> Collected {
 }
 
 fn pair_footprint(pair: u32, end: u32) -> u32 {
-    return textureLoad(pairs, record_texel(min(pair, end - 1u))).g;
+    return pair_record(min(pair, end - 1u)).y;
 }
 
 fn needs_more(queue: Queue, end: u32) -> bool {

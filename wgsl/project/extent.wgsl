@@ -1,18 +1,16 @@
 // Extents of casters in a map. CPU reference: crates/gobo-reference/src/project.rs,
 // crates/gobo-reference/src/brick.rs, crates/gobo-reference/src/capsule.rs.
 
-import package::bind::stored::{keys, rects};
 import package::hit::capsule::{CapsuleSetup, capsule_touches, radius_at};
 import package::project::conic::ENDLESS;
 import package::records::brick::{Brick, voxel_edges};
-import package::records::record::record_texel;
 import package::records::view::{GpuView, MIN_DISTANCE, TILE_SIZE};
+import choice::writes::{write_key, write_rect};
 
 // The key and the tile rectangle of a footprint.
 fn put(index: u32, key: u32, rect: vec2<u32>) {
-    let texel = record_texel(index);
-    textureStore(keys, texel, vec4(key, index, 0u, 0u));
-    textureStore(rects, texel, vec4(rect, 0u, 0u));
+    write_key(index, vec2(key, index));
+    write_rect(index, rect);
 }
 
 // Slopes between which a sphere of radius `sphere` at `(x, distance)` is seen; unbounded if the eye is

@@ -3,7 +3,6 @@
 // src/stage/project.rs.
 
 import package::bind::read::chunks;
-import package::bind::stored::{footprints, setups};
 import package::bind::uniform::{materials, project_params, views};
 import package::features::PARALLEL;
 import package::project::conic::{
@@ -18,9 +17,10 @@ import package::records::caster::{
 import package::records::material::{SHAPE_GAUSSIAN, TRANSFER_NONE};
 import package::records::outline::{Outline, is_outlined, outlined_tiles};
 import package::records::pack::pack_color;
-import package::records::record::{OPACITY_SCALE, record_texel};
+import package::records::record::{FootprintRecord, OPACITY_SCALE};
 import package::records::tile::{INVISIBLE, box_rect, depth_key, distance_key};
 import choice::records::caster_record;
+import choice::writes::{write_footprint, write_setup_words};
 
 override WORKGROUP_SIZE: u32;
 
@@ -128,15 +128,11 @@ fn project_gaussians(
     let setup = placed.setup;
     let setup_index = index - project_params.first_gaussian;
     let at = setup_index * GAUSSIAN_TEXELS;
-    textureStore(setups, record_texel(at), bitcast<vec4<u32>>(vec4(setup.whitening, setup.spread)));
+    write_setup_words(at, bitcast<vec4<u32>>(vec4(setup.whitening, setup.spread)));
     let tilt = bitcast<vec2<u32>>(setup.tilt);
-    textureStore(setups, record_texel(at + 1u), vec4(tilt, color_bits.x, blue_thin));
+    write_setup_words(at + 1u, vec4(tilt, color_bits.x, blue_thin));
     let lines = vec4(bitcast<u32>(outline.first), outline.step_shift, outline.lean_width, outline.row_middle);
-    textureStore(setups, record_texel(at + OUTLINE_TEXEL), lines);
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(bounds));
-    textureStore(
-        footprints,
-        record_texel(2u * index + 1u),
-        vec4(setup_index, bitcast<u32>(amplitude), GAUSSIAN_MARK | (front << 16u), caster_id),
-    );
+    write_setup_words(at + OUTLINE_TEXEL, lines);
+    let look = vec4(setup_index, bitcast<u32>(amplitude), GAUSSIAN_MARK | (front << 16u), caster_id);
+    write_footprint(index, FootprintRecord(bounds, look));
 }

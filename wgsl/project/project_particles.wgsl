@@ -2,7 +2,6 @@
 // workgroup takes a chunk. CPU reference: crates/gobo-reference/src/project.rs. Rust: src/stage/project.rs.
 
 import package::bind::read::chunks;
-import package::bind::stored::footprints;
 import package::bind::uniform::{materials, project_params, views};
 import package::features::{HAS_BRICKS, HAS_CAPSULES};
 import package::hit::capsule::capsule_setup;
@@ -16,10 +15,11 @@ import package::records::material::{
     TRANSFER_OPAQUE,
 };
 import package::records::pack::pack_color;
-import package::records::record::{CasterRecord, OPACITY_SCALE, record_texel};
+import package::records::record::{CasterRecord, FootprintRecord, OPACITY_SCALE};
 import package::records::tile::{INVISIBLE, SLACK, box_rect, depth_key, distance_key, tile_rect};
 import package::records::view::{GpuView, MIN_DISTANCE};
 import choice::records::caster_record;
+import choice::writes::write_footprint;
 
 override WORKGROUP_SIZE: u32;
 
@@ -55,12 +55,8 @@ fn project_capsule(view: GpuView, number: u32, record: CasterRecord, index: u32,
     let rect = capsule_tiles(extent, around);
     let front = front_key(view, extent.nearest, extent.least);
     put(index, select(front, INVISIBLE, (rect.y & 0xffffu) == 0u), rect);
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(extent.bounds));
-    textureStore(
-        footprints,
-        record_texel(2u * index + 1u),
-        vec4(bitcast<vec2<u32>>(extent.half), CAPSULE_MARK | (front << 16u), caster_id),
-    );
+    let look = vec4(bitcast<vec2<u32>>(extent.half), CAPSULE_MARK | (front << 16u), caster_id);
+    write_footprint(index, FootprintRecord(extent.bounds, look));
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -180,10 +176,6 @@ fn project_particles(
     if is_beside {
         at = vec4(center.x, -center.y, -radius, distance);
     }
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(at));
-    textureStore(
-        footprints,
-        record_texel(2u * index + 1u),
-        vec4(color_bits.x, blue_slope, thin_front, caster_id),
-    );
+    let look = vec4(color_bits.x, blue_slope, thin_front, caster_id);
+    write_footprint(index, FootprintRecord(at, look));
 }

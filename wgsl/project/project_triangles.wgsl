@@ -4,7 +4,6 @@
 
 import package::bind::read::chunks;
 import package::bind::sampled::triangles;
-import package::bind::stored::{footprints, setups};
 import package::bind::uniform::{project_params, views};
 import package::features::HAS_VERTEX_COLORS;
 import package::hit::triangle::{edge_line, edge_plane, owns_edge};
@@ -12,14 +11,15 @@ import package::project::extent::put;
 import package::records::batch::workgroup_number;
 import package::records::footprint::{BACK_BIT, SETUP_TEXELS};
 import package::records::pack::octahedral;
-import package::records::record::{TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
+import package::records::record::{FootprintRecord, TRIANGLE_BIT, TRIANGLE_TEXELS, record_texel};
 import package::records::tile::{INVISIBLE, SLACK, box_rect, depth_key, distance_key};
 import package::records::view::MIN_DISTANCE;
+import choice::writes::{write_footprint, write_setup_words};
 
 override WORKGROUP_SIZE: u32;
 
 fn put_setup(setup_index: u32, texel: u32, value: vec4<u32>) {
-    textureStore(setups, record_texel(setup_index * SETUP_TEXELS + texel), value);
+    write_setup_words(setup_index * SETUP_TEXELS + texel, value);
 }
 
 // Least distance of a triangle's points from the origin.
@@ -136,12 +136,8 @@ fn project_triangles(
     put(index, front, rect);
     let radius = max(hi.x - lo.x, hi.y - lo.y) * 0.5 + SLACK;
     let bounds = vec4(center, radius, max(nearest, 0.0));
-    textureStore(footprints, record_texel(2u * index), bitcast<vec4<u32>>(bounds));
-    textureStore(
-        footprints,
-        record_texel(2u * index + 1u),
-        vec4(setup_index, 0u, front << 16u, triangle_id | TRIANGLE_BIT),
-    );
+    let look = vec4(setup_index, 0u, front << 16u, triangle_id | TRIANGLE_BIT);
+    write_footprint(index, FootprintRecord(bounds, look));
     for (var i = 0u; i < 3u; i += 1u) {
         put_setup(setup_index, i, bitcast<vec4<u32>>(edges[i]));
     }

@@ -1,12 +1,11 @@
 // Casters as uploaded: records of `casters`, all of one size. Rust: src/records/caster.rs,
 // src/records/gaussian.rs, src/records/capsule.rs.
 
-import package::bind::sampled::setups;
 import package::features::{HAS_CAPSULES, HAS_GAUSSIANS, HAS_TRIANGLES};
 import package::records::footprint::{Footprint, caster_of, setup_of, setup_texel};
 import package::records::pack::unpack_color;
-import package::records::record::{CasterRecord, OPACITY_SCALE, record_texel};
-import choice::records::caster_record;
+import package::records::record::{CasterRecord, OPACITY_SCALE};
+import choice::records::{caster_record, setup_words};
 
 // Linear rgba, before the material's tint. `transfer`: of its material.
 fn caster_color(record: CasterRecord, transfer: u32) -> vec4<f32> {
@@ -74,8 +73,8 @@ fn is_gaussian(footprint: Footprint) -> bool {
 
 fn gaussian_setup(footprint: Footprint) -> GaussianSetup {
     let at = footprint.look.x * GAUSSIAN_TEXELS;
-    let a = bitcast<vec4<f32>>(textureLoad(setups, record_texel(at), 0));
-    let b = textureLoad(setups, record_texel(at + 1u), 0);
+    let a = bitcast<vec4<f32>>(setup_words(at));
+    let b = setup_words(at + 1u);
     return GaussianSetup(a.xyz, a.w, bitcast<vec2<f32>>(b.xy), b.zw);
 }
 

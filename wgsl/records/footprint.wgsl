@@ -1,25 +1,19 @@
-// Footprint of a caster in a view, written by `project`: two texels of `footprints`. Rust: `Footprint` in
-// src/records/footprint.rs, src/records/triangle.rs.
+// Footprint of a caster in a view, written by `project`.
 
-import package::bind::sampled::{footprints, setups};
 import package::features::SETUPS_IN_ORDER;
 import package::records::pack::unpack_color;
-import package::records::record::{FOOTPRINT_TEXELS, OPACITY_SCALE, TRIANGLE_BIT, record_texel};
+import package::records::record::{OPACITY_SCALE, TRIANGLE_BIT};
 import package::records::tile::INVISIBLE;
+import choice::records::{footprint_record, setup_words};
 
 // Projected radius below which a particle is enlarged and thinned, and a strand widened [texels].
 const MIN_RADIUS: f32 = 0.70710678;
 
+// A record's members, packed ones read by the functions below.
 struct Footprint {
-    // Centre and radius [texels], light depth; in metres for a particle beside the view (`is_beside`).
     bounds: vec4<f32>,
-    // Colour, opacity, depth key and caster, packed: read by the functions below.
     look: vec4<u32>,
     is_triangle: bool,
-}
-
-fn footprint_of(bounds: vec4<u32>, look: vec4<u32>) -> Footprint {
-    return Footprint(bitcast<vec4<f32>>(bounds), look, (look.w & TRIANGLE_BIT) != 0u);
 }
 
 // Index of the particle in `casters`, or with TRIANGLE_BIT of the triangle in `triangles`.
@@ -64,11 +58,8 @@ fn front_depth(footprint: Footprint) -> f32 {
 
 // Footprints from `footprints`.
 fn load_footprint(id: u32) -> Footprint {
-    let at = id * FOOTPRINT_TEXELS;
-    var footprint = footprint_of(
-        textureLoad(footprints, record_texel(at), 0),
-        textureLoad(footprints, record_texel(at + 1u), 0),
-    );
+    let record = footprint_record(id);
+    var footprint = Footprint(record.bounds, record.look, (record.look.w & TRIANGLE_BIT) != 0u);
     if SETUPS_IN_ORDER {
         // A setup can then be loaded without waiting for the footprint.
         footprint.look.x = id;
@@ -82,5 +73,5 @@ const BACK_BIT: u32 = 8u; // flag of a setup's ties: clockwise as seen from the 
 const SETUP_TEXELS: u32 = 8u;
 
 fn setup_texel(setup: u32, texel: u32) -> vec4<u32> {
-    return textureLoad(setups, record_texel(setup * SETUP_TEXELS + texel), 0);
+    return setup_words(setup * SETUP_TEXELS + texel);
 }

@@ -1,8 +1,32 @@
 // Records from the buffers that they were written to.
 
-import package::bind::read::casters;
-import package::records::record::CasterRecord;
+import package::bind::read::{casters, footprints, keys, pairs, rects, setups, sorted};
+import package::records::record::{CasterRecord, FootprintRecord};
 
 fn caster_record(index: u32) -> CasterRecord {
     return casters[index];
+}
+
+fn footprint_record(index: u32) -> FootprintRecord {
+    return footprints[index];
+}
+
+fn setup_words(index: u32) -> vec4<u32> {
+    return setups[index];
+}
+
+fn rect_record(footprint: u32) -> vec2<u32> {
+    return rects[footprint];
+}
+
+fn key_record(footprint: u32) -> vec2<u32> {
+    return keys[footprint];
+}
+
+fn sorted_record(index: u32) -> vec2<u32> {
+    return sorted[index];
+}
+
+fn pair_record(index: u32) -> vec2<u32> {
+    return pairs[index];
 }

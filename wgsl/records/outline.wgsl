@@ -2,10 +2,9 @@
 // same bits. At height v above its middle, as a share of its half height downwards, an ellipse spans middle +
 // lean v -+ width sqrt(1 - v^2). A unit is a tile's edge halved `shift` times. Rust: src/records/outline.rs.
 
-import package::bind::sampled::setups;
 import package::records::caster::{GAUSSIAN_TEXELS, OUTLINE_TEXEL};
-import package::records::record::record_texel;
 import package::records::tile::WHOLE;
+import choice::records::setup_words;
 
 // Rounding of the stored and evaluated numbers, besides the slack of a texel [units].
 const OUTLINE_ROUNDING: i32 = 4;
@@ -20,7 +19,7 @@ struct Outline {
 
 // Outline of a Gaussian; its footprint has the index of its setup.
 fn load_outline(footprint: u32) -> Outline {
-    let record = textureLoad(setups, record_texel(footprint * GAUSSIAN_TEXELS + OUTLINE_TEXEL), 0);
+    let record = setup_words(footprint * GAUSSIAN_TEXELS + OUTLINE_TEXEL);
     return Outline(bitcast<i32>(record.x), record.y, record.z, record.w);
 }
 

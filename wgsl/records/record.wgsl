@@ -11,6 +11,15 @@ struct CasterRecord {
     id: u32,
 }
 
+// A caster projected to one view. Read by wgsl/records/footprint.wgsl. Rust: `Footprint` in
+// src/records/footprint.rs, src/records/triangle.rs.
+struct FootprintRecord {
+    // Centre and radius [texels], light depth; in metres for a particle beside the view (`is_beside`).
+    bounds: vec4<f32>,
+    // Colour, opacity, depth key and caster, packed.
+    look: vec4<u32>,
+}
+
 const ROW: u32 = 4096u; // texels
 
 fn record_texel(index: u32) -> vec2<u32> {
@@ -18,7 +27,6 @@ fn record_texel(index: u32) -> vec2<u32> {
 }
 
 const TRIANGLE_BIT: u32 = 0x80000000u;
-const FOOTPRINT_TEXELS: u32 = 2u;
 
 const TRIANGLE_TEXELS: u32 = 6u;
 

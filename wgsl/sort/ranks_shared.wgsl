@@ -1,11 +1,10 @@
 // Ranks by bit masks in workgroup memory. A team is 32 invocations, whatever the hardware's subgroups are.
 
-import package::bind::loaded::pairs;
 import package::bind::uniform::sort_pass;
-import package::sort::sort::texel_from_pair;
 import package::sort::wide::{
     ROUNDS, Share, TEAMS, WORKGROUP_SIZE, held, ranked, ranked_in, ranked_word, ranks,
 };
+import choice::records::pair_record;
 
 const TEAM_SIZE: u32 = WORKGROUP_SIZE / TEAMS; // bits of a mask
 
@@ -33,7 +32,7 @@ fn rank_pairs(lane: u32, share: Share, begin: u32, count: u32) {
             before = TEAMS * 256u;
         }
         if present {
-            held[round] = textureLoad(pairs, texel_from_pair(i)).xy;
+            held[round] = pair_record(i);
             digit = (held[round].x >> sort_pass.shift) & (sort_pass.digit_count - 1u);
             before = team * 256u + digit;
             atomicOr(&holders[before], bit);

@@ -3,13 +3,12 @@
 // paper: subgroups with fewer lanes than a team take turns, so that the counters of small subgroups fit into
 // workgroup memory.
 
-import package::bind::loaded::pairs;
 import package::bind::uniform::sort_pass;
 import package::features::WIDE;
 import package::scan::prefix::agreed;
-import package::sort::sort::texel_from_pair;
 import package::sort::wide::{ROUNDS, Share, TEAMS, WORKGROUP_SIZE, half_of, held, ranked, ranked_word, ranks};
 import package::traversal::lane::first_lane;
+import choice::records::pair_record;
 
 const TEAM_SIZE: u32 = WORKGROUP_SIZE / TEAMS;
 const MAX_BITS: u32 = 8u; // of a digit
@@ -52,7 +51,7 @@ fn rank_pairs(lane: u32, share: Share, begin: u32, count: u32) {
             for (var round = 0u; round < ROUNDS; round += 1u) {
                 let i = begin + share.first + round * share.step;
                 let present = i < count;
-                held[round] = textureLoad(pairs, texel_from_pair(select(begin, i, present))).xy;
+                held[round] = pair_record(select(begin, i, present));
                 let digit = (held[round].x >> sort_pass.shift) & (sort_pass.digit_count - 1u);
                 let lanes = same_digit(subgroupBallot(present).xy, digit);
                 let first = select(own_lane, first_lane(lanes), present);

@@ -1,10 +1,10 @@
 // sort on software adapters: runs of pairs, one after another. Rust: src/stage/sort/mod.rs.
 
-import package::bind::loaded::pairs;
 import package::bind::stored::histograms;
 import package::bind::uniform::sort_pass;
-import package::sort::sort::{pair_count, texel_from_pair};
+import package::sort::sort::pair_count;
 import choice::digits::DIGITS;
+import choice::records::pair_record;
 
 // Runs: each invocation owns one, in order, so a private counter per digit keeps the sort stable.
 
@@ -39,17 +39,17 @@ fn sort_serial_count(@builtin(global_invocation_id) id: vec3<u32>) {
     var counters: array<u32, DIGITS>;
     var i = begin;
     for (; i + STEP <= end; i += STEP) {
-        let key0 = textureLoad(pairs, texel_from_pair(i)).x;
-        let key1 = textureLoad(pairs, texel_from_pair(i + 1u)).x;
-        let key2 = textureLoad(pairs, texel_from_pair(i + 2u)).x;
-        let key3 = textureLoad(pairs, texel_from_pair(i + 3u)).x;
+        let key0 = pair_record(i).x;
+        let key1 = pair_record(i + 1u).x;
+        let key2 = pair_record(i + 2u).x;
+        let key3 = pair_record(i + 3u).x;
         counters[(key0 >> shift) & mask] += 1u;
         counters[(key1 >> shift) & mask] += 1u;
         counters[(key2 >> shift) & mask] += 1u;
         counters[(key3 >> shift) & mask] += 1u;
     }
     for (; i < end; i += 1u) {
-        let key = textureLoad(pairs, texel_from_pair(i)).x;
+        let key = pair_record(i).x;
         counters[(key >> shift) & mask] += 1u;
     }
     let digits = min(sort_pass.digit_count, textureDimensions(histograms).y);

@@ -5,8 +5,7 @@ import package::bind::uniform::sort_pass;
 import package::bind::updated::histograms;
 import package::sort::serial::{WORKGROUP_SIZE, ceil_div, run_length};
 
-const PAIR_ROW: u32 = 4096u;  // pairs per texture row [texels]
-const TOTAL_ROW: u32 = 256u;  // histogram row with the totals of the digits
+const TOTAL_ROW: u32 = 256u; // histogram row with the totals of the digits
 
 struct SortPass {
     shift: u32,       // of the digit in the key [bits]
@@ -17,10 +16,6 @@ struct SortPass {
 
 fn pair_count() -> u32 {
     return min(counts[sort_pass.count_index], sort_pass.capacity);
-}
-
-fn texel_from_pair(pair_id: u32) -> vec2<u32> {
-    return vec2(pair_id % PAIR_ROW, pair_id / PAIR_ROW);
 }
 
 // sort_serial_scan: counts of runs -> pairs with the same digit in earlier runs, and the digit's total. One

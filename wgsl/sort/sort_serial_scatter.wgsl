@@ -1,20 +1,21 @@
 // sort_serial_scatter: moves each pair to its position by digit. One invocation per run. Rust:
 // src/stage/sort/mod.rs.
 
-import package::bind::loaded::{histograms, pairs};
-import package::bind::stored::sorted_pairs;
+import package::bind::loaded::histograms;
 import package::bind::uniform::sort_pass;
 import package::sort::serial::{STEP, WORKGROUP_SIZE, run_length};
-import package::sort::sort::{TOTAL_ROW, pair_count, texel_from_pair};
+import package::sort::sort::{TOTAL_ROW, pair_count};
 import choice::digits::DIGITS;
+import choice::records::pair_record;
+import choice::writes::write_sorted_pair;
 
 // Position of this run's next pair with that digit.
 var<private> offsets: array<u32, DIGITS>;
 
-fn store(pair: vec4<u32>, digit: u32) {
+fn store(pair: vec2<u32>, digit: u32) {
     let slot = offsets[digit];
     offsets[digit] = slot + 1u;
-    textureStore(sorted_pairs, texel_from_pair(slot), pair);
+    write_sorted_pair(slot, pair);
 }
 
 @compute @workgroup_size(WORKGROUP_SIZE)
@@ -34,17 +35,17 @@ fn sort_serial_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     var i = begin;
     for (; i + STEP <= end; i += STEP) {
-        let pair0 = textureLoad(pairs, texel_from_pair(i));
-        let pair1 = textureLoad(pairs, texel_from_pair(i + 1u));
-        let pair2 = textureLoad(pairs, texel_from_pair(i + 2u));
-        let pair3 = textureLoad(pairs, texel_from_pair(i + 3u));
+        let pair0 = pair_record(i);
+        let pair1 = pair_record(i + 1u);
+        let pair2 = pair_record(i + 2u);
+        let pair3 = pair_record(i + 3u);
         store(pair0, (pair0.x >> shift) & mask);
         store(pair1, (pair1.x >> shift) & mask);
         store(pair2, (pair2.x >> shift) & mask);
         store(pair3, (pair3.x >> shift) & mask);
     }
     for (; i < end; i += 1u) {
-        let pair = textureLoad(pairs, texel_from_pair(i));
+        let pair = pair_record(i);
         store(pair, (pair.x >> shift) & mask);
     }
 }

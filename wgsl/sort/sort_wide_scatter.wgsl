@@ -2,14 +2,14 @@
 // src/stage/sort/mod.rs.
 
 import package::bind::loaded::histograms;
-import package::bind::stored::sorted_pairs;
 import package::bind::uniform::sort_pass;
-import package::sort::sort::{TOTAL_ROW, pair_count, texel_from_pair};
+import package::sort::sort::{TOTAL_ROW, pair_count};
 import package::sort::wide::{
     BLOCK, FEW_BLOCKS, ROUNDS, TEAMS, WORKGROUP_SIZE, held, histogram_texel, ranked, ranked_in, ranks,
 };
 import choice::ranks::{rank_pairs, share_of};
 import choice::scan::prefix_sum;
+import choice::writes::write_sorted_pair;
 
 // Position of the block's first pair with that digit.
 var<workgroup> offsets: array<u32, 256>;
@@ -61,7 +61,7 @@ fn sort_wide_scatter(
         if begin + share.first + round * share.step < count {
             let digit = (held[round].x >> sort_pass.shift) & mask;
             let slot = offsets[digit] + ranked_in(share.team, digit) + ranks[round];
-            textureStore(sorted_pairs, texel_from_pair(slot), vec4(held[round], 0u, 0u));
+            write_sorted_pair(slot, held[round]);
         }
     }
 }

@@ -1,9 +1,9 @@
 // sort on GPUs: blocks of pairs. Rust: src/stage/sort/mod.rs.
 
-import package::bind::loaded::pairs;
 import package::bind::stored::histograms;
 import package::bind::uniform::sort_pass;
-import package::sort::sort::{pair_count, texel_from_pair};
+import package::sort::sort::pair_count;
+import choice::records::pair_record;
 
 // Blocks: each workgroup owns one. A *team* is some consecutive invocations that count together, and its
 // pairs are consecutive; `choice::ranks` assigns them to invocations.
@@ -67,7 +67,7 @@ fn sort_wide_count(
     let mask = sort_pass.digit_count - 1u;
     // Counting does not depend on order, so consecutive lanes read consecutive pairs.
     for (var i = begin + lane; i < end; i += WORKGROUP_SIZE) {
-        let key = textureLoad(pairs, texel_from_pair(i)).x;
+        let key = pair_record(i).x;
         atomicAdd(&counters[(key >> shift) & mask], 1u);
     }
     workgroupBarrier(); // all pairs are counted

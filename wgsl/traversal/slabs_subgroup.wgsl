@@ -19,7 +19,7 @@ import package::traversal::lane::{
 };
 import package::traversal::lane_caster::kinds_apart;
 import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches};
-import choice::pairs::pair_footprint;
+import choice::records::pair_record;
 import choice::visit::{is_whole, visit_lane};
 
 var<private> base: u32; // next pair
@@ -37,7 +37,7 @@ struct Stretch {
 fn fetch(view: GpuView, end: u32, block: Block) -> Stretch {
     let index = base + block.lane;
     // An empty tile has no pair, but the load needs a valid index.
-    let id = pair_footprint(min(index, max(end, 1u) - 1u));
+    let id = pair_record(min(index, max(end, 1u) - 1u)).y;
     let footprint = load_footprint(id);
     let key = footprint_key(footprint);
     let caster = lane_caster_of(id, footprint);

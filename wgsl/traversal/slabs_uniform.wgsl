@@ -10,7 +10,7 @@ import package::features::{HAS_PARTICLES, HAS_VOLUMES};
 import package::records::footprint::{footprint_key, key_depth, load_footprint};
 import package::records::view::GpuView;
 import package::traversal::lane_caster::{kinds_apart, visited};
-import choice::pairs::pair_footprint;
+import choice::records::pair_record;
 import choice::visit::{is_whole, visit};
 
 struct Run {
@@ -25,7 +25,7 @@ fn visit_run(view: GpuView, slab: Slab, first: Run, end: u32, is_triangle: bool)
     var run = first;
     var same = true;
     loop {
-        let footprint = load_footprint(pair_footprint(min(run.pair, end - 1u)));
+        let footprint = load_footprint(pair_record(min(run.pair, end - 1u)).y);
         run.key = footprint_key(footprint);
         run.open = run.open && is_within(slab, run.key);
         if kinds_apart() {

@@ -11,7 +11,7 @@ import package::traversal::lane::{
 import package::traversal::lane_caster::kinds_apart;
 import choice::accumulator::settled;
 import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches, visit_lane};
-import choice::pairs::pair_footprint;
+import choice::records::pair_record;
 
 // Pairs that wait for their visit, one per lane.
 struct Stretch {
@@ -24,7 +24,7 @@ struct Stretch {
 fn fetch(view: GpuView, base: u32, end: u32, block: Block, front: f32) -> Stretch {
     let pair = base + block.lane;
     // An empty tile has no pair, but the load needs a valid index.
-    let id = pair_footprint(min(pair, max(end, 1u) - 1u));
+    let id = pair_record(min(pair, max(end, 1u) - 1u)).y;
     let footprint = load_footprint(id);
     let caster = lane_caster_of(id, footprint);
     var triangles = vec2(0u);

@@ -6,7 +6,7 @@ import package::records::footprint::{front_depth, load_footprint};
 import package::records::view::GpuView;
 import package::traversal::lane_caster::{kinds_apart, visited};
 import choice::accumulator::{settled, visit};
-import choice::pairs::pair_footprint;
+import choice::records::pair_record;
 
 struct Run {
     pair: u32,  // next to visit
@@ -18,7 +18,7 @@ fn visit_run(view: GpuView, first: Run, end: u32, is_triangle: bool) -> Run {
     var run = first;
     var same = true;
     loop {
-        let id = pair_footprint(min(run.pair, end - 1u));
+        let id = pair_record(min(run.pair, end - 1u)).y;
         let footprint = load_footprint(id);
         if kinds_apart() {
             same = footprint.is_triangle == is_triangle;

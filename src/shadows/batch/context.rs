@@ -7,7 +7,7 @@ use crate::shadows::{
 use crate::{
     error::Error,
     frame::Kernels,
-    gpu::{Allocator, Resources},
+    gpu::{Allocator, Resource, Resources},
     records::{GpuView, MAX_VIEWS},
     stage::{
         features::Flags,
@@ -36,7 +36,7 @@ pub struct Context<'a, 'd> {
     /// Whether the lists are the camera's, where everything is visible and in order.
     pub camera: bool,
     /// Tile rectangles of the footprints, if only some of them are binned at a time.
-    pub binned_rects: Option<&'a wgpu::TextureView>,
+    pub binned_rects: Option<&'a Resource>,
 }
 
 impl Context<'_, '_> {

@@ -55,7 +55,7 @@ pub struct List {
     pub pairs: Commands,
     /// Pairs of each tile, and the segments of long tiles.
     pub tiles: Commands,
-    /// Index of the pair texture that holds the sorted pairs.
+    /// Which of the two holds the sorted pairs.
     pub sorted_pairs: usize,
     /// The parts of its tiles, where the pairs may not fit.
     pub(crate) parts: Option<Parts>,

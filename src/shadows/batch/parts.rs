@@ -32,7 +32,7 @@ pub(crate) struct Parts {
 
 impl Parts {
     /// `None` if all pairs fit. `values`: parameters of bin; `resources`: for the kernel that finds each
-    /// tile's pairs; `sorted`: index of the texture of sorted keys.
+    /// tile's pairs; `sorted`: which of the two holds the sorted keys.
     pub(crate) fn new(
         context: &Context<'_, '_>,
         list: &ListPlan,
@@ -55,7 +55,7 @@ impl Parts {
             &[PartParams { room, most_parts: count }],
             BufferUsages::UNIFORM,
         );
-        // The sort by depth leaves one of its two textures free.
+        // The sort by depth leaves the other free.
         let resources = resources
             .clone()
             .with("tile_pairs", &buffers.tile_pairs)

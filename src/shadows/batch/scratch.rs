@@ -5,9 +5,9 @@ use crate::shadows::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Resources, Tier, view},
+    gpu::{Allocator, RecordForm, Resource, Resources, Tier, view},
     model::TILE_SIZE,
-    records::{CURVE_SEGMENT, FOOTPRINT_TEXELS, SETUP_TEXELS},
+    records::{CURVE_SEGMENT, Footprint, TriangleSetup},
     stage::{
         accumulate::composed_texels,
         bin::{self, DispatchEntry, Segment},
@@ -17,7 +17,11 @@ use crate::{
         tuning::Tuning,
     },
 };
-use wgpu::{Buffer, BufferUsages, TextureFormat, TextureUsages, TextureView};
+use wgpu::{
+    Buffer, BufferUsages,
+    TextureFormat::{R32Uint, Rgba32Uint},
+    TextureUsages, TextureView,
+};
 
 /// Pairs that every frame has room for: 16 MiB of them.
 const FREE_PAIRS: u64 = 1 << 20;
@@ -28,11 +32,11 @@ pub struct Scratch {
     /// Scratch resources that kernels of every list use.
     pub resources: Resources,
     /// Depth keys and footprints, before and after a pass of the sort.
-    pub keys: [TextureView; 2],
+    pub keys: [Resource; 2],
     /// Tiles of each footprint.
-    pub rects: TextureView,
+    pub rects: Resource,
     /// Pairs of a tile and a footprint.
-    pub pairs: [TextureView; 2],
+    pub pairs: [Resource; 2],
     /// Room for pairs.
     pub pair_capacity: u32,
     /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
@@ -57,6 +61,8 @@ pub struct Scratch {
 /// Sizes of the scratch memory: the peak over lists and batches.
 #[derive(Clone, Copy, Debug)]
 struct ScratchSizes {
+    /// Where records are.
+    form: RecordForm,
     footprints: u64,
     setups: u64,
     tiles: u64,
@@ -128,6 +134,7 @@ impl ScratchSizes {
         let buckets = lists().map(|list| list.bucket_room(&config.tuning, pairs));
         let with_parts = plans.iter().filter(|plan| plan.lists.iter().any(|list| parts(&list)));
         Self {
+            form: config.tuning.record_form,
             footprints,
             setups: lists().map(|list| u64::from(list.setup_count())).max().unwrap_or(0),
             tiles: plans.iter().map(|plan| u64::from(plan.tile_count)).max().unwrap_or(0),
@@ -153,7 +160,7 @@ fn sums(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Resour
     let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
     SUMS.iter().try_fold(Resources::new(), |all, name| {
         Ok(if tier.has_texture_atomics() {
-            all.with(name, &allocator.records(name, TextureFormat::R32Uint, texels, usage)?)
+            all.with(name, &allocator.records(name, R32Uint, texels, usage)?)
         } else {
             all.with(name, &allocator.storage::<u32>(name, texels, BufferUsages::empty())?)
         })
@@ -215,21 +222,21 @@ impl Scratch {
         let sizes =
             ScratchSizes::of(config, plans, pairs, pair_limit(allocator.device), nodes, &limits);
         let partition = config.tuning.partition;
-        let storage = TextureUsages::STORAGE_BINDING;
-        let mut records = |label, format, texels| {
-            allocator.records(label, format, texels, storage).map(|texture| view(&texture))
-        };
-        let of_footprint = |texels: u32| sizes.footprints * u64::from(texels);
+        let form = sizes.form;
         let footprints =
-            records("footprints", TextureFormat::Rgba32Uint, of_footprint(FOOTPRINT_TEXELS))?;
-        let [a, b] = [(); 2].map(|()| records("keys", PAIR_FORMAT, sizes.footprints));
-        let keys = [a?, b?];
-        let rects = records("rects", PAIR_FORMAT, sizes.footprints)?;
-        let texels = sizes.setups * u64::from(SETUP_TEXELS);
-        let setups = records("setups", TextureFormat::Rgba32Uint, texels)?;
-        let [a, b] = [(); 2].map(|()| records("pairs", PAIR_FORMAT, sizes.part_room.into()));
-        let pairs = [a?, b?];
-        let tiles = records("tiles", TextureFormat::Rgba32Uint, sizes.tiles)?;
+            allocator.written::<Footprint>(form, "footprints", Rgba32Uint, sizes.footprints)?;
+        let setups =
+            allocator.written::<TriangleSetup>(form, "setups", Rgba32Uint, sizes.setups)?;
+        let mut of_pairs =
+            |name, count| allocator.written::<[u32; 2]>(form, name, PAIR_FORMAT, count);
+        // `part_count` writes them 32 at a time.
+        let key_room = sizes.footprints.next_multiple_of(32);
+        let keys = [of_pairs("keys", key_room)?, of_pairs("keys", key_room)?];
+        let rects = of_pairs("rects", sizes.footprints)?;
+        let room = u64::from(sizes.part_room);
+        let pairs = [of_pairs("pairs", room)?, of_pairs("pairs", room)?];
+        let stored = TextureUsages::STORAGE_BINDING;
+        let tiles = view(&allocator.records("tiles", Rgba32Uint, sizes.tiles, stored)?);
         let none = BufferUsages::empty();
         let texels = composed_texels(sizes.part_room);
         let composed = sizes
@@ -312,7 +319,8 @@ impl Scratch {
         let (limits, nodes) = (device.limits(), config.nodes());
         let need = ScratchSizes::of(config, plans, pairs, pair_limit(device), nodes, &limits);
         let sizes = self.sizes;
-        need.footprints <= sizes.footprints
+        need.form == sizes.form
+            && need.footprints <= sizes.footprints
             && need.setups <= sizes.setups
             && need.tiles <= sizes.tiles
             && need.summed_tiles <= sizes.summed_tiles

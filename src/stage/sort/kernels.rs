@@ -17,6 +17,7 @@ const RANKS: Choice =
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
+    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_serial_count", "sort/serial.wgsl")
 };
 
@@ -30,6 +31,7 @@ pub const SERIAL_SCAN: KernelDesc = KernelDesc {
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
+    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_serial_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
@@ -38,6 +40,7 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
     entry: "sort_serial_count",
     with: &[DIGITS_256],
     constants: SERIAL_CONSTANTS,
+    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_long_count", "sort/serial.wgsl")
 };
 
@@ -46,11 +49,13 @@ pub const LONG_SCATTER: KernelDesc = KernelDesc {
     entry: "sort_serial_scatter",
     with: &[DIGITS_256],
     constants: SERIAL_CONSTANTS,
+    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_long_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
 /// Histogram of the digits of each block. One workgroup per block.
-pub const WIDE_COUNT: KernelDesc = KernelDesc::new("sort_wide_count", "sort/wide.wgsl");
+pub const WIDE_COUNT: KernelDesc =
+    KernelDesc { tiers: Tier::BY_RECORDS, ..KernelDesc::new("sort_wide_count", "sort/wide.wgsl") };
 
 /// Pairs with the same digit in earlier blocks. One workgroup per digit.
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
@@ -64,7 +69,7 @@ pub const WIDE_SCAN: KernelDesc = KernelDesc {
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     with: &[RANKS, SCAN],
     constants: WIDE_CONSTANTS,
-    tiers: Tier::BY_SUBGROUPS,
+    tiers: Tier::ALL,
     ..KernelDesc::new("sort_wide_scatter", "sort/sort_wide_scatter.wgsl")
 };
 

@@ -1,6 +1,6 @@
 //! sort: pairs by some bits of their key. Stable, least significant digit first.
 //!
-//! In: `pairs`, `counts`. Out: one of the two pair textures.
+//! In: `pairs`, `counts`. Out: `pairs` or `sorted_pairs`.
 //!
 //! Per digit of at most 8 bits: count it per partition, scan the counts over the partitions, scatter (Merrill
 //! and Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": reduce, then scan. Unlike in its
@@ -8,7 +8,7 @@
 //! A partition is a *run* of one invocation or a *block* of a workgroup: see [`Partition`].
 //!
 //! ```text
-//! pairs       texel (i % 4096, i / 4096) = (key, value) of pair i
+//! pairs       (key, value) of pair i; in a texture, texel (i % 4096, i / 4096)
 //! histograms  texel (p, d) = digits d in partition p, then in the partitions before p
 //!             texel (d, 256) = digits d in all partitions
 //!             of at most 256 blocks instead: texel (d, p) = digits d in block p
@@ -81,7 +81,7 @@ crate::records::gpu_struct! {
         pub shift: u32,
         /// Values of the digit: a power of two, at most 256.
         pub digit_count: u32,
-        /// Capacity of the pair textures \[pairs\].
+        /// Capacity of both \[pairs\].
         pub capacity: u32,
         /// Index of the pair count in `counts`.
         pub count_index: u32,

@@ -4,7 +4,7 @@ use crate::stage::shade::CLIP;
 use gobo::{
     Error,
     frame::{Commands, Dispatch},
-    gpu::{Allocator, view},
+    gpu::Allocator,
     shadows::{
         Shadows,
         batch::{batch_plan::BatchPlan, context::Context, list::List, scratch::Scratch},
@@ -16,7 +16,7 @@ use gobo::{
     },
 };
 use std::sync::Arc;
-use wgpu::{Buffer, TextureUsages};
+use wgpu::Buffer;
 
 #[derive(Debug)]
 pub(super) struct CameraList {
@@ -48,12 +48,10 @@ impl CameraList {
         let is_clipped = parts.len() > 1 && camera_list.footprint_count > 0;
         let clipped = is_clipped
             .then(|| {
-                let texels = u64::from(camera_list.footprint_count);
-                let usage = TextureUsages::STORAGE_BINDING;
-                allocator.records("clipped_rects", PAIR_FORMAT, texels, usage)
+                let (form, count) = (config.tuning.record_form, camera_list.footprint_count);
+                allocator.written::<[u32; 2]>(form, "clipped_rects", PAIR_FORMAT, count.into())
             })
-            .transpose()?
-            .map(|texture| view(&texture));
+            .transpose()?;
         let mut context = Context {
             allocator,
             queue,

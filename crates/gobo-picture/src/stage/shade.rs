@@ -9,7 +9,7 @@ use gobo::{
     gpu::{Choice, Constant, KernelDesc, Tier},
     stage::{
         light_points::{POINT_LANES, of_points},
-        walk::{IN_ORDER, LANE_CASTER, PAIRS, WALK},
+        walk::{IN_ORDER, LANE_CASTER, WALK},
     },
 };
 
@@ -45,7 +45,7 @@ const CATCHERS: Choice = Choice::new("catcher", "shade/composite_kept.wgsl");
 
 /// The opaque surface of each pixel.
 pub const SEEN: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, SEEN_STATE, WALK, PAIRS, LANE_CASTER],
+    with: &[IN_ORDER, SEEN_STATE, WALK, LANE_CASTER],
     constants: &[FILTERS_IMAGES],
     tiers: Tier::ALL,
     ..kernel("shade_seen", "shade/shade_seen.wgsl")
@@ -53,7 +53,7 @@ pub const SEEN: KernelDesc = KernelDesc {
 
 /// Translucent layers in front of each pixel's surface.
 pub const LAYERS: KernelDesc = KernelDesc {
-    with: &[IN_ORDER, LAYER_STATE, WALK, PAIRS, LANE_CASTER],
+    with: &[IN_ORDER, LAYER_STATE, WALK, LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
     tiers: Tier::ALL,
     ..kernel("shade_layers", "shade/shade_layers.wgsl")
@@ -108,6 +108,7 @@ pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc
 
 /// Points of the two nearest panes.
 pub const PANES: KernelDesc = KernelDesc {
+    tiers: Tier::BY_RECORDS,
     constants: &[("WORKGROUP_SIZE", POINT_LANES as f64), FILTERS_IMAGES],
     ..of_points(kernel("shade_panes", "shade/shade_panes.wgsl"))
 };
@@ -122,7 +123,10 @@ pub const CASTERS: KernelDesc = KernelDesc {
 pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_casters.wgsl"));
 
 /// Tiles of each footprint that are in a part of the picture.
-pub const CLIP: KernelDesc = of_points(kernel("shade_clip", "shade/shade_clip.wgsl"));
+pub const CLIP: KernelDesc = KernelDesc {
+    tiers: Tier::BY_RECORDS,
+    ..of_points(kernel("shade_clip", "shade/shade_clip.wgsl"))
+};
 
 gobo::gpu_struct! {
     /// WGSL: `crates/gobo-picture/wgsl/shade/band.wgsl`.

@@ -26,4 +26,3 @@ import package::records::picture::ClusterCounters;
 @group(0) @binding(144) var bloom_to: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(146) var behinds: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(147) var bends: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(69) var clipped_rects: texture_storage_2d<rg32uint, write>;

@@ -2,7 +2,7 @@
 // crates/gobo-reference/src/brick_light.rs, crates/gobo-reference/src/shade/mod.rs,
 // crates/gobo-reference/src/shade/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::sampled::{bricks, rects, voxels};
+import package::bind::sampled::{bricks, voxels};
 import package::bind::uniform::{materials, point_batch, views};
 import package::features::{HAS_CAPSULES, NODES};
 import package::records::brick::{
@@ -17,7 +17,7 @@ import package::records::record::record_texel;
 import package::records::texel::owner_tag;
 import package::records::view::GpuView;
 import package::shade::points::store_point;
-import choice::records::caster_record;
+import choice::records::{caster_record, rect_record};
 
 // Light of hot media.
 
@@ -137,7 +137,7 @@ fn shade_casters(
     let id_in_view = point_batch.first + index;
     let footprint = load_footprint(id_in_view);
     let is_particle = !footprint.is_triangle;
-    let is_seen = textureLoad(rects, record_texel(id_in_view), 0).g != 0u;
+    let is_seen = rect_record(id_in_view).y != 0u;
     let caster = select(0u, caster_of(footprint), is_particle);
     let record = caster_record(caster);
     let material = materials[material_of(record)];

@@ -2,13 +2,12 @@
 // One invocation per footprint. Rust: crates/gobo-picture/src/stage/shade.rs.
 
 import package::bind::picture_in::band;
-import package::bind::picture_out::clipped_rects;
-import package::bind::sampled::rects;
 import package::bind::uniform::point_batch;
 import package::features::HAS_GAUSSIANS;
 import package::records::outline::{is_outlined, load_outline, outlined_tiles};
-import package::records::record::record_texel;
 import package::records::tile::WHOLE;
+import choice::records::rect_record;
+import choice::writes::write_clipped_rect;
 
 override WORKGROUP_SIZE: u32;
 
@@ -21,7 +20,7 @@ fn shade_clip(
     if footprint >= point_batch.count {
         return;
     }
-    let rect = textureLoad(rects, record_texel(footprint), 0).rg;
+    let rect = rect_record(footprint);
     let caster_first = vec2(rect.x & 255u, (rect.x >> 8u) & 255u);
     let caster_last = vec2((rect.x >> 16u) & 255u, rect.x >> 24u);
     let first = max(caster_first, band.origin);
@@ -46,5 +45,5 @@ fn shade_clip(
     if HAS_GAUSSIANS && mask != 0u && is_outlined(rect) {
         clipped = outlined_tiles(load_outline(footprint), clipped);
     }
-    textureStore(clipped_rects, record_texel(footprint), vec4(clipped, 0u, 0u));
+    write_clipped_rect(footprint, clipped);
 }
