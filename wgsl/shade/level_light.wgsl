@@ -140,7 +140,9 @@ fn light_of_level(map: LevelMap, widest: vec2<f32>, fade_in: vec2<f32>, fade_out
             let within = share_before(to, drop.start, stop, inverse);
             sum.before -= drop.light * (before * weight);
             sum.behind -= drop.light * (within * weight);
-            let widths = box_widths(box, spot_at(drop.start + length * 0.5 * (before + within)));
+            // Spots of the coarsest level may be wider than its box.
+            let spot = spot_at(drop.start + length * 0.5 * (before + within));
+            let widths = min(box_widths(box, spot), 2.0 * cells.reach - 1.0);
             let share = box_cover(box_reach(widths), cells.off) / box_area(widths);
             sum.taken += drop.light * ((within - before) * share);
         }

@@ -3,6 +3,7 @@
 /// Constants without a mirror in Rust.
 pub(super) const KERNELS_ALONE: &[&str] = &[
     "ALL_LANES",
+    "CHILDREN",
     "FROM_LIGHT",
     "LEAST_INVERSE",
     "UNSHADED",

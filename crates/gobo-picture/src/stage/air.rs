@@ -32,10 +32,8 @@ pub const SUM_SIZE: u32 = 8;
 pub const REACH: KernelDesc = kernel("air_reach", "shade/air_items.wgsl");
 
 /// Light that each slice of a column scatters to the eye.
-pub const SCATTER: KernelDesc = KernelDesc {
-    with: &[OF_POINT],
-    ..kernel("air_scatter", "shade/air_scatter.wgsl")
-};
+pub const SCATTER: KernelDesc =
+    KernelDesc { with: &[OF_POINT], ..kernel("air_scatter", "shade/air_scatter.wgsl") };
 
 /// [`SCATTER`] with area lights.
 pub const AREA_SCATTER: KernelDesc =

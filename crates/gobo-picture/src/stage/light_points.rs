@@ -46,10 +46,8 @@ pub const AREA_LIGHT_POINTS: KernelDesc =
 pub const MASKED_LIGHT_POINTS: KernelDesc =
     lit("masked_light_points", &[RADIANCE, MASKED, OF_POINT, STRAIGHT, NO_BOUNCE]);
 /// [`MASKED_LIGHT_POINTS`] with area lights.
-pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = lit(
-    "area_masked_light_points",
-    &[RADIANCE, MASKED, OF_AREA, STRAIGHT, NO_BOUNCE],
-);
+pub const AREA_MASKED_LIGHT_POINTS: KernelDesc =
+    lit("area_masked_light_points", &[RADIANCE, MASKED, OF_AREA, STRAIGHT, NO_BOUNCE]);
 /// [`LIGHT_POINTS`] with light that glass throws.
 pub const THROWN_LIGHT_POINTS: KernelDesc =
     lit("thrown_light_points", &[RADIANCE, UNMASKED, OF_POINT, THROWN, BOUNCED]);
@@ -60,10 +58,8 @@ pub const THROWN_AREA_LIGHT_POINTS: KernelDesc =
 pub const THROWN_MASKED_LIGHT_POINTS: KernelDesc =
     lit("thrown_masked_light_points", &[RADIANCE, MASKED, OF_POINT, THROWN, BOUNCED]);
 /// [`AREA_MASKED_LIGHT_POINTS`] with light that glass throws.
-pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc = lit(
-    "thrown_area_masked_light_points",
-    &[RADIANCE, MASKED, OF_AREA, THROWN, BOUNCED],
-);
+pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc =
+    lit("thrown_area_masked_light_points", &[RADIANCE, MASKED, OF_AREA, THROWN, BOUNCED]);
 
 /// The kernel that evaluates the light of a picture's points.
 pub fn light_points(features: Features) -> &'static KernelDesc {
