@@ -284,6 +284,29 @@ fn loops_of_area_look_ups_end_with_their_test() {
     }
 }
 
+/// SwiftShader, the driver of browsers without a GPU, follows a loop's paths to find its end, and each `&&` and
+/// `||` may double them: area lights' kernels would compile for hours. Constants decide before that.
+#[test]
+fn conditions_of_look_ups_do_not_branch() {
+    let library = gobo_picture::stage::library().unwrap();
+    let linked = [OF_POINT, OF_AREA].map(|source| {
+        let choices = [(source.name, source.files[0])];
+        library.link("shade/light_through.wgsl", "light_at", &choices).unwrap().items
+    });
+    let roots = ["shade/point_light.wgsl", "shade/air_scatter.wgsl", "mask/mask_look_up.wgsl"];
+    let own = library.items().filter(|item| roots.contains(&item.file)).cloned();
+    let branching: HashSet<_> = linked
+        .into_iter()
+        .flatten()
+        .chain(own)
+        .flat_map(|item| item.text.lines().map(move |line| (item.file, line)))
+        .map(|(file, line)| (file, line.split("//").next().unwrap()))
+        .filter(|(_, code)| code.contains("&&") || code.contains("||"))
+        .filter(|(_, code)| !code.contains("HAS_") && !code.contains("NODES > 0u"))
+        .collect();
+    assert_eq!(branching, HashSet::new());
+}
+
 #[test]
 fn errors_name_their_file() {
     let linked = SERIAL_SCATTER.link(Tier::Core).unwrap();

@@ -17,7 +17,7 @@ import choice::joined::host_shadow;
 
 fn lowered(passed: vec4<f32>, slot: u32, is_mask: bool, share: vec3<f32>) -> vec4<f32> {
     let channels = slot_channels(slot) & vec4(is_mask);
-    let is_colored = channels.x && channels.y;
+    let is_colored = channels.x & channels.y;
     // Lights with one channel are blocked alike in all of them.
     return select(passed, min(passed, select(vec4(share.g), vec4(share, 1.0), is_colored)), channels);
 }
@@ -45,7 +45,7 @@ fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
         while i < count {
             index = listed_index(list, i);
             slot = mask_slot(index);
-            if slot != 0u && slot_mask(max(slot, 1u)) / MASKS == id.z {
+            if (slot != 0u) & (slot_mask(max(slot, 1u)) / MASKS == id.z) {
                 break;
             }
             i += 1u;
@@ -57,14 +57,14 @@ fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
         set_receiver(receiver.receives, receiver.tag, true);
         let light = light_record(index);
         let arriving = incoming(light, receiver.position);
-        let is_lit = dot(surface.normal, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
+        let is_lit = (dot(surface.normal, arriving.toward) > 0.0) & any(arriving.color > vec3(0.0));
         var joined = vec3(1.0);
-        if (slot & JOINED_BIT) != 0u && is_lit {
+        if ((slot & JOINED_BIT) != 0u) & is_lit {
             joined = host_shadow(index, receiver.position, surface.normal);
         }
         let is_last = i + 1u >= count;
         passed.is_all = true;
-        if is_lit && light.view_count > 0u {
+        if is_lit & (light.view_count > 0u) {
             // As in `point_light` for opaque points.
             let faces = dot(surface.face, arriving.toward) > 0.0;
             let face = select(surface.normal, surface.face, faces);

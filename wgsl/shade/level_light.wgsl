@@ -47,7 +47,7 @@ fn takes_light(drop: Drop) -> bool {
 // Whether a block has nodes behind its first pair that start before the receiver.
 fn continues(first: vec4<u32>, end: f32) -> bool {
     let start = node_start(first.zw);
-    return start > 0.0 && start < end;
+    return (start > 0.0) & (start < end);
 }
 
 // Rows of blocks on each side of the two next to the point that are searched for occluders: those of a long
@@ -85,13 +85,13 @@ fn next_occluder(map: LevelMap, since: f32, around: f32, beyond: f32, is_asked: 
             for (var i = 0u; i < 2u; i += 1u) {
                 let drop = drop_of(select(nodes.xy, nodes.zw, i == 1u), &left);
                 let past = drop.start + drop.length;
-                open = select(open, left, drop.start > 0.0 && past < since);
+                open = select(open, left, (drop.start > 0.0) & (past < since));
                 let first = max(drop.start, since);
                 let stop = end + select(0.0, beyond, any(left > vec3(0.0)));
-                let counts = takes_light(drop) && past >= since && first < stop;
+                let counts = takes_light(drop) & (past >= since) & (first < stop);
                 found.depth = select(found.depth, min(found.depth, first), counts);
             }
-            if is_first && continues(nodes, end + beyond) {
+            if is_first & continues(nodes, end + beyond) {
                 pair = 1u;
             } else {
                 pair = 0u;
@@ -132,7 +132,7 @@ fn light_of_level(map: LevelMap, widest: vec2<f32>, fade_in: vec2<f32>, fade_out
             let drop = drop_of(select(nodes.xy, nodes.zw, i == 1u), &left);
             let length = max(drop.length, 1.0);
             let next = max(drop.start, to.low);
-            let follows = takes_light(drop) && drop.start + length > to.low && next < end;
+            let follows = takes_light(drop) & (drop.start + length > to.low) & (next < end);
             sum.next = select(sum.next, min(sum.next, next), follows);
             let inverse = 1.0 / length;
             let stop = clamp(end, drop.start, drop.start + length);
@@ -146,7 +146,7 @@ fn light_of_level(map: LevelMap, widest: vec2<f32>, fade_in: vec2<f32>, fade_out
             let share = box_cover(box_reach(widths), cells.off) / box_area(widths);
             sum.taken += drop.light * ((within - before) * share);
         }
-        if is_first && continues(nodes, end) {
+        if is_first & continues(nodes, end) {
             pair = 1u;
         } else {
             pair = 0u;

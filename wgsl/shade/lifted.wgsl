@@ -70,7 +70,7 @@ fn wide_lift(light: GpuLight, slope: vec2<f32>) -> f32 {
 // Whether the light has penumbrae on the receiver. Levels hold all casters, so receivers that only some
 // casters tint read the map.
 fn is_soft(light: GpuLight) -> bool {
-    return has_area(light) && (receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST);
+    return has_area(light) & ((receives == RECEIVES_CURVE) | (receives == RECEIVES_NEAREST));
 }
 
 // The point of a look-up, lifted off its surface for a view.
@@ -99,7 +99,7 @@ fn lifted_point(light: GpuLight, view: GpuView, receiver: Receiver) -> Lifted {
     let rest = select(raised * texel - part, 0.0, is_soft(light));
     let point = receiver.point + normal * rest;
     // A point without a normal is on no translucent caster that could tint it.
-    let tint_bias = select(depth_bias(light, view, 0.0, 0.0, 0.0), bias, has_normal || receiver.reach > 0.0);
+    let tint_bias = select(depth_bias(light, view, 0.0, 0.0, 0.0), bias, has_normal | (receiver.reach > 0.0));
     var added = max(receiver.reach, 0.0);
     if HAS_FILTERS {
         added += receiver.slope * texel;

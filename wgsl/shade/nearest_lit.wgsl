@@ -24,7 +24,7 @@ fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f
     var position = spot_center;
     var share = vec3(1.0);
     var is_found = false;
-    if first > 0u && first <= last {
+    if (first > 0u) & (first <= last) {
         loop {
             let map = level_map(view, leveled, number);
             let slack = slack_within(select(map.edge, 1.0, number == 1u));
@@ -52,13 +52,13 @@ fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f
                     before -= drop.light * early;
                     here -= drop.light * max(until / length, early);
                 }
-                if is_first && continues(nodes, end) {
+                if is_first & continues(nodes, end) {
                     pair = 1u;
                 } else {
                     let off = middle - spot_center;
                     let away = dot(off, off);
                     let open = max(before.x, max(before.y, before.z));
-                    let is_nearest = open > LIT && away < nearest;
+                    let is_nearest = (open > LIT) & (away < nearest);
                     let mean = vec3(max(here.x, max(here.y, here.z)) / max(open, MIN_LIT));
                     let ratio = here / max(before, vec3(MIN_LIT));
                     share = select(share, select(ratio, mean, before < vec3(DIM * open)), is_nearest);
@@ -73,10 +73,10 @@ fn nearest_lit(view: GpuView, leveled: u32, first: u32, last: u32, since: vec2<f
             }
             let is_lit = nearest < NEVER;
             // A lit block whose finer neighbours are all dark has the finest share known.
-            let is_last = is_found && !is_lit;
-            is_found = is_found || is_lit;
+            let is_last = is_found & !is_lit;
+            is_found = is_found | is_lit;
             number = select(select(number + 1u, number - 1u, is_found), 0u, is_last);
-            if number == 0u || number > last {
+            if (number == 0u) | (number > last) {
                 break;
             }
         }

@@ -19,13 +19,13 @@ fn receive_texel(view: GpuView, texel: vec2<f32>, z: f32, biases: vec2<f32>) -> 
     let at = view.origin + vec2<u32>(inside);
     let solid = solid_depths(view, at);
     // Curves have no owner tags.
-    if NODES > 0u && (receives == RECEIVES_CURVE || receives == RECEIVES_OTHERS) {
+    if NODES > 0u && ((receives == RECEIVES_CURVE) | (receives == RECEIVES_OTHERS)) {
         return select(curve_light(view, at, tint_z), vec3(0.0), vec3(z) > solid + biases.x);
     }
     let nearest = textureLoad(nearests, at, view.layer, 0).r;
     let filtered = textureLoad(filters, at, view.layer, 0);
     let whose = select(is_tinted(filtered, nearest), receives != RECEIVES_OPAQUE, NODES > 0u);
-    let tinted = tint_z > nearest && nearest < 1.0 && whose;
+    let tinted = (tint_z > nearest) & (nearest < 1.0) & whose;
     let passed = select(vec3(1.0), filtered.rgb, tinted);
     return select(passed, vec3(0.0), vec3(z) > solid + biases.x);
 }

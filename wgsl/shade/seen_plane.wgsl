@@ -54,10 +54,10 @@ fn seen_plane(view: GpuView, near: f32, center: vec2<f32>, at_point: f32, slack:
             let seen = surface_around(view, near, center, at_point, around_offset(i) * ring);
             // For opposite texels the cross product is at most `ring`.
             let is_aside = abs(first.x * seen.y - first.y * seen.x) > ring;
-            second = select(second, seen, is_aside && abs(seen.z) < abs(second.z));
+            second = select(second, seen, is_aside & (abs(seen.z) < abs(second.z)));
         }
         let across = first.x * second.y - first.y * second.x;
-        let is_whole = abs(across) > 1.0 && max(abs(first.z), abs(second.z)) < NO_SURFACE;
+        let is_whole = (abs(across) > 1.0) & (max(abs(first.z), abs(second.z)) < NO_SURFACE);
         by_texel = vec2(first.z * second.y - second.z * first.y, second.z * first.x - first.z * second.x)
             / select(1.0, across, is_whole);
         let most_off = slack + ROUGH * (abs(by_texel.x) + abs(by_texel.y));
@@ -66,7 +66,7 @@ fn seen_plane(view: GpuView, near: f32, center: vec2<f32>, at_point: f32, slack:
             let seen = surface_around(view, near, center, at_point, around_offset(i) * ring);
             count += select(0u, 1u, abs(seen.z - dot(by_texel, seen.xy)) <= most_off);
         }
-        if is_whole && count >= LEAST_ON_PLANE {
+        if is_whole & (count >= LEAST_ON_PLANE) {
             break;
         }
         ring *= NEXT_RING;

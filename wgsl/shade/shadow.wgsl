@@ -20,7 +20,7 @@ fn window_share(light: GpuLight, view: GpuView, point: vec3<f32>) -> f32 {
     let inner = min(position, view.size - position);
     // All texels of the filter are the window's own.
     let border = min(inner.x, inner.y) - SPLINE_REACH - beyond_spline(light);
-    if !(border > 0.0 && -p.z >= view.near && -p.z <= view.far) {
+    if !((border > 0.0) & (-p.z >= view.near) & (-p.z <= view.far)) {
         return 0.0;
     }
     return min(border / max(view.fade, 1e-3), 1.0);
@@ -74,18 +74,18 @@ fn past_view(so_far: Passed, light: GpuLight, receiver: Receiver) -> Passed {
         lifted = lifted_point(light, view, receiver);
         share = select(1.0, window_share(light, view, lifted.point), view.role == ROLE_WINDOW);
         last = index + view.role_count - 1u - view.role_index;
-        if share > 0.0 || index >= last {
+        if (share > 0.0) | (index >= last) {
             break;
         }
         index += 1u;
     }
     let part = so_far.rest * share;
     let rest = so_far.rest * (1.0 - share);
-    let is_whole = index == last || view.role == ROLE_FACE || rest <= 0.0;
+    let is_whole = (index == last) | (view.role == ROLE_FACE) | (rest <= 0.0);
     let next = select(index, last, is_whole) + 1u - light.first_view;
     let viewpoints = (light.traits >> VIEWPOINTS_SHIFT) & VIEWPOINTS_MASK;
     let viewpoint = so_far.viewpoint;
-    let following = select(0u, viewpoint + 1u, viewpoint > 0u && viewpoint <= viewpoints);
+    let following = select(0u, viewpoint + 1u, (viewpoint > 0u) & (viewpoint <= viewpoints));
     let is_all = next >= light.view_count;
     let sum = so_far.sum + receive_light(light, index, view, receiver, lifted) * part;
     if !is_whole {

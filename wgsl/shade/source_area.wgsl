@@ -42,7 +42,7 @@ fn through_map(view: GpuView, leveled: Leveled) -> vec3<f32> {
     let known = select(vec3(1.0), relied_on(before), is_near);
     let unknown = leveled.passed * (1.0 - known);
     let is_hidden = any(unknown > vec3(0.0));
-    let is_first = is_hidden && leveled.hidden_to == 0u;
+    let is_first = is_hidden & (leveled.hidden_to == 0u);
     let hidden_since = select(fade_into(leveled.hidden_from), leveled.since, is_first);
     // 0 where nothing is hidden: no level is asked.
     let first = select(leveled.hidden_to, 1u, is_hidden);
@@ -93,7 +93,7 @@ fn touching_light(is_asked: bool) -> vec3<f32> {
                 light = select(vec3(1.0), behind / max(before, vec3(MIN_LIGHT)), before > vec3(MIN_LIGHT));
             } else {
                 let depth = textureLoad(nearests, at, spot_view.layer, 0).r * DEPTHS;
-                let is_between = depth >= own && depth < min(last, DEPTHS);
+                let is_between = (depth >= own) & (depth < min(last, DEPTHS));
                 light = select(light, textureLoad(filters, at, spot_view.layer, 0).rgb, is_between);
             }
             let weighted = vec4(light, 1.0) * (weights_x[step.x] * weights_y[step.y]);
@@ -109,9 +109,9 @@ fn touching_light(is_asked: bool) -> vec3<f32> {
             if i % TOUCH_TEXELS == 0u {
                 let a = select(vec3(1.0), nearer.xyz / max(nearer.w, MIN_LIGHT), nearer.w > MIN_LIGHT);
                 let b = select(vec3(1.0), deeper.xyz / max(deeper.w, MIN_LIGHT), deeper.w > MIN_LIGHT);
-                faces_light = faces_light || (round == 0u && nearer.w <= MIN_LIGHT);
+                faces_light = faces_light | ((round == 0u) & (nearer.w <= MIN_LIGHT));
                 let darker = select(a, b, sum_of(b) < sum_of(a));
-                let counts = round == 0u || (faces_light && sum_of(darker) < sum_of(darkest));
+                let counts = (round == 0u) | (faces_light & (sum_of(darker) < sum_of(darkest)));
                 darkest = select(darkest, darker, counts);
                 nearer = vec4(0.0);
                 deeper = vec4(0.0);

@@ -55,7 +55,7 @@ fn set_plane_depth(view: GpuView, p: vec3<f32>, normal: vec3<f32>, per_metre: f3
     let long = select(1.0, length(p), perspective);
     let has_normal = any(normal != vec3(0.0));
     // An edge-on plane, or no surface, has the depth of the point everywhere.
-    let is_none = abs(meets) < EDGE_ON_PLANE * long || !has_normal;
+    let is_none = (abs(meets) < EDGE_ON_PLANE * long) | !has_normal;
     let by_texel = by_slope / select(meets, 1.0, is_none);
     let scale = select(per_metre, 1.0 / per_metre, perspective);
     let at_point = select(spot_distance, 1.0 / spot_distance, perspective);

@@ -51,7 +51,7 @@ fn level_of(texels: f32, last: u32) -> u32 {
     let near = u32(clamp(ceil(log2(max(texels, SHARP) / WIDEST)), 1.0, 12.0));
     // Corrects the rounding of the logarithm.
     let up = select(near, near + 1u, texels > WIDEST * f32(1u << near));
-    let enough = select(up, up - 1u, up > 1u && texels <= WIDEST * f32(1u << (up - 1u)));
+    let enough = select(up, up - 1u, (up > 1u) & (texels <= WIDEST * f32(1u << (up - 1u))));
     return select(min(enough, last), 0u, texels <= SHARP);
 }
 
@@ -80,11 +80,11 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, receiver: Receiver
     let area = area_of(light);
     let leveled = area.first_leveled + index - light.first_view;
     let taps = map_taps(view, lifted.point);
-    let is_lit = taps.reaches && taps.z <= 1.0 + lifted.bias / (view.far - view.near);
+    let is_lit = taps.reaches & (taps.z <= 1.0 + lifted.bias / (view.far - view.near));
     let last = select(0u, leveled_view(leveled).y, is_lit);
     set_spot(view, area, receiver, lifted.bias);
     // Beyond the far plane nothing is lit; beside the map everything is.
-    var passed = vec3(select(1.0, 0.0, taps.reaches && !is_lit));
+    var passed = vec3(select(1.0, 0.0, taps.reaches & !is_lit));
     var hidden = vec3(0.0);
     var hidden_from = FROM_LIGHT;
     var hidden_to = 0u;
@@ -100,18 +100,18 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, receiver: Receiver
             // wider window is believed.
             var cue = rest_next;
             let rest = min(level_of(spot_at(cue), last), number);
-            var is_known = cue != NEVER && (rest == number || rest == 0u);
+            var is_known = (cue != NEVER) & ((rest == number) | (rest == 0u));
             var above = min(select(rest, number, cue == NEVER) + 1u, last);
             rest_next = select(NEVER, cue, is_known);
             loop {
                 let map = level_map(view, leveled, above);
                 let found = next_occluder(map, fade_into(entered).x, 0.0, 0.0, !is_known);
-                is_known = is_known || (cue != NEVER && found.open < MIN_OPEN);
-                let is_none = found.depth == NEVER && !is_known;
-                cue = select(cue, found.depth, found.depth != NEVER && !is_known);
+                is_known = is_known | ((cue != NEVER) & (found.open < MIN_OPEN));
+                let is_none = (found.depth == NEVER) & !is_known;
+                cue = select(cue, found.depth, (found.depth != NEVER) & !is_known);
                 let level = min(level_of(spot_at(cue), last), number);
                 number = select(level, select(above - 2u, 0u, cue == NEVER), is_none);
-                if is_known || number == 0u || (number + 1u >= above && !is_none) {
+                if is_known | (number == 0u) | ((number + 1u >= above) & !is_none) {
                     break;
                 }
                 above = number + 1u;
@@ -134,14 +134,14 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, receiver: Receiver
             let share = colored_share(max(left / divisor, vec3(0.0)), behind / divisor, behind);
             let unknown = passed * (1.0 - known);
             let is_hidden = any(unknown > vec3(0.0));
-            hidden_from = select(hidden_from, entered, is_hidden && hidden_to == 0u);
+            hidden_from = select(hidden_from, entered, is_hidden & (hidden_to == 0u));
             hidden_to = select(hidden_to, number, is_hidden);
             hidden += unknown;
             passed = blackened(passed * known * share);
             rest_next = light.next;
             number -= 1u;
             entered = number;
-            if number == 0u || all(passed <= vec3(0.0)) {
+            if (number == 0u) | all(passed <= vec3(0.0)) {
                 break;
             }
         }
@@ -152,10 +152,10 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, receiver: Receiver
     let since = select(start, max(start, vec2(fade_into(0u).x)), entered != FROM_LIGHT);
     // The map's look-up decides which filters within the bias tint an opaque receiver.
     let beyond = select(0.0, 2.0 * spot_bias, is_solid);
-    let is_asked = last > 0u && rest_next == NEVER;
+    let is_asked = (last > 0u) & (rest_next == NEVER);
     let near_next = next_occluder(level_map(view, leveled, 1u), since.x, AROUND, beyond, is_asked).depth;
-    let touches = near_next != NEVER && is_solid && near_next > receiver_end(spot_center, 0.0);
-    let is_near = any(passed > vec3(0.0)) && !touches;
+    let touches = (near_next != NEVER) & is_solid & (near_next > receiver_end(spot_center, 0.0));
+    let is_near = any(passed > vec3(0.0)) & !touches;
     let near = select(NEVER, min(min(rest_next, near_next), near_cue), is_near);
     return Leveled(passed, hidden, hidden_from, hidden_to, since, near, touches, leveled, last);
 }

@@ -41,7 +41,7 @@ fn thrown_at(light: GpuLight, point: vec3<f32>) -> vec4<f32> {
             rest *= 1.0 - share;
         }
         index += 1u;
-        if rest <= 0.0 || index > last {
+        if (rest <= 0.0) | (index > last) {
             break;
         }
     }
@@ -64,7 +64,7 @@ fn landed_light(view: GpuView, first: u32, point: vec3<f32>) -> vec4<f32> {
     for (var i = 0u; i < 9u; i += 1u) {
         let aside = vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
         let at = middle + aside;
-        if all(at >= vec2(0.0)) && all(at < view.size) {
+        if all(at >= vec2(0.0)) & all(at < view.size) {
             let pixel = vec2<u32>(at);
             let depth = textureLoad(opaques, view.origin + pixel, view.layer, 0).r;
             let along = view.near + depth * (view.far - view.near);

@@ -48,7 +48,7 @@ fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<
     // A ray across the cone is inside between the roots, if they are not those of the mirrored cone. A ray
     // along it leaves one of the two cones by one root, and enters the other by the other.
     let is_across = a < 0.0;
-    let is_missed = is_across && (inner < 0.0 || start - along * b / a < 0.0);
+    let is_missed = is_across & ((inner < 0.0) | (start - along * b / a < 0.0));
     let lit = vec2(
         select(max(ends.x, low), select(ends.x, max(ends.x, high), along > 0.0), !is_across),
         select(min(ends.y, high), select(min(ends.y, low), ends.y, along > 0.0), !is_across),
@@ -103,7 +103,7 @@ fn stretch_of(light: GpuLight, column: Column) -> Stretch {
     let angle = select(0.0, atan2(apart * (high - low), apart * apart + low * high), is_local);
     let most = clamp(MAX_LIT_SAMPLES / picture_params.light_count, air_params.samples, MAX_AIR_SAMPLES);
     let wanted = clamp(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), air_params.samples, most);
-    let is_lit = high > low && (light.traits & SHAFTS_BIT) != 0u;
+    let is_lit = (high > low) & ((light.traits & SHAFTS_BIT) != 0u);
     return Stretch(metres, nearest, low, high, apart, angle, select(0u, wanted, is_lit));
 }
 
@@ -142,7 +142,7 @@ fn air_scatter(
         return;
     }
     let ends = air_ends[id.y * size.x + id.x];
-    if id.z < (ends >> 16u) || id.z >= (ends & 0xffffu) {
+    if (id.z < (ends >> 16u)) | (id.z >= (ends & 0xffffu)) {
         return;
     }
     // The loop's end depends on more than the uniform, for whose value llvmpipe would recompile the kernel.
@@ -168,10 +168,10 @@ fn scattered(slice: vec3<u32>, count: u32) -> vec3<f32> {
             let point = eye_position() + column.ray * (along.x - stretch.nearest);
             let arriving = incoming(light, point);
             let share = along.y * phase(dot(arriving.toward, column.ray), air_params.anisotropy);
-            let is_lit = i < stretch.count && any(arriving.color > vec3(0.0));
+            let is_lit = (i < stretch.count) & any(arriving.color > vec3(0.0));
             let is_last = i + 1u >= stretch.count;
             passed.is_all = true;
-            if is_lit && light.view_count > 0u {
+            if is_lit & (light.view_count > 0u) {
                 let receiver = receiver_of(light, point, vec3(0.0), arriving.toward, 0.0);
                 passed = past_view(passed, light, receiver);
             }

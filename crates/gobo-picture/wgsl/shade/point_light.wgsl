@@ -33,8 +33,8 @@ fn ambient(point: Point) -> vec3<f32> {
     let light = select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
     let cosine = dot(point.normal, normalize(eye() - point.position));
     let mirror = mirrored_sky(Gloss(point.reflectivity, point.polish), cosine, point.roughness);
-    let mirrors = (point.kind == POINT_SOLID || point.kind == POINT_LEAF)
-        && picture_params.environment_size > 0u;
+    let mirrors = ((point.kind == POINT_SOLID) | (point.kind == POINT_LEAF))
+        & (picture_params.environment_size > 0u);
     return light * select(1.0, 1.0 - mirror, mirrors);
 }
 
@@ -59,7 +59,7 @@ fn sends_on(point: Point, toward: vec3<f32>) -> Sends {
     let middle = normalize(toward + to_eye);
     let lobe = highlight(point.normal, middle, point.roughness)
         * mirrored(gloss, dot(to_eye, middle), head_on);
-    let shines = is_faced(point.kind) && cosine > 0.0;
+    let shines = is_faced(point.kind) & (cosine > 0.0);
     let far = max(-cosine, 0.0) * PER_PI;
     var coat = vec2(0.0);
     if HAS_COATS {
@@ -95,15 +95,15 @@ fn point_light(number: u32) -> vec3<f32> {
         let point = load_point(number);
         let list = cluster_list(point.cluster);
         let count = select(list.count, 0u, point.kind == POINT_NONE);
-        if i == 0u && passed.next == 0u {
+        if (i == 0u) & (passed.next == 0u) {
             diffuse = with_bounced(point, ambient(point));
         }
         let is_solid = point.kind == POINT_SOLID;
         let index = listed_index(list, min(i, max(count, 1u) - 1u));
         let light = light_record(index);
         let arriving = incoming(light, point.position);
-        let is_behind = is_solid && dot(point.normal, arriving.toward) <= 0.0;
-        let is_lit = i < count && !is_behind && any(arriving.color > vec3(0.0));
+        let is_behind = is_solid & (dot(point.normal, arriving.toward) <= 0.0);
+        let is_lit = (i < count) & !is_behind & any(arriving.color > vec3(0.0));
         let is_last = i + 1u >= count;
         let sends = sends_on(point, arriving.toward);
         let mask = masked(index, point);
@@ -114,7 +114,7 @@ fn point_light(number: u32) -> vec3<f32> {
         }
         var through = mask.share;
         passed.is_all = true;
-        if HAS_SHADOWS && is_lit && light.view_count > 0u && !mask.is_masked {
+        if HAS_SHADOWS && (is_lit & (light.view_count > 0u) & !mask.is_masked) {
             set_turn(point.pixel);
             set_receiver(point.receives, point.tag, is_solid);
             set_leaf(point.kind == POINT_LEAF);
