@@ -24,6 +24,8 @@ pub struct Timeline {
     timer: Timer,
     passes: Vec<Timed>,
     by_kernel: bool,
+    /// Where passes are submitted one by one.
+    split: Option<(wgpu::Device, wgpu::Queue)>,
     /// Passes for which there are no timestamps left.
     untimed: u32,
 }
@@ -99,8 +101,7 @@ impl Steps {
     fn run(&mut self, encoder: &mut wgpu::CommandEncoder) {
         // Before the first stage these are uploads.
         let open = self.open.take();
-        let empty = self.device.create_command_encoder(&Default::default());
-        let commands = std::mem::replace(encoder, empty).finish();
+        let commands = recorded(&self.device, encoder);
         let work = || {
             self.queue.submit([commands]);
             // A lost device is the host's to notice.
@@ -112,6 +113,12 @@ impl Steps {
         work();
         self.times.push((timed, started.elapsed().as_secs_f64() * 1e3));
     }
+}
+
+/// The commands recorded so far; `encoder` begins anew.
+fn recorded(device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder) -> wgpu::CommandBuffer {
+    let empty = device.create_command_encoder(&Default::default());
+    std::mem::replace(encoder, empty).finish()
 }
 
 /// Adds a time to the stage `label`, or appends the stage.
@@ -171,12 +178,19 @@ impl Timeline {
     }
 
     fn by(timer: Timer) -> Self {
-        Self { timer, passes: Vec::new(), by_kernel: false, untimed: 0 }
+        Self { timer, passes: Vec::new(), by_kernel: false, split: None, untimed: 0 }
     }
 
     /// Gives each dispatch a pass, and so a time, of its own. An untimed timeline does not.
     pub fn by_kernel(mut self) -> Self {
         self.by_kernel = self.is_timed();
+        self
+    }
+
+    /// Submits each pass by itself, without waiting, so that `record` does more than record: drivers reset a
+    /// device whose submission runs for longer than some seconds.
+    pub fn split(mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        self.split = Some((device.clone(), queue.clone()));
         self
     }
 
@@ -219,6 +233,9 @@ impl Timeline {
 
     fn step_of(&mut self, encoder: &mut wgpu::CommandEncoder, timed: Timed) {
         self.end(encoder);
+        if let Some((device, queue)) = &self.split {
+            queue.submit([recorded(device, encoder)]);
+        }
         if let Timer::Steps(steps) = &mut self.timer {
             steps.run(encoder);
             steps.open = Some(timed);

@@ -235,6 +235,11 @@ pub(super) fn submit(gpu: &Gpu, prepared: &Prepared) -> Bits {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     prepared.record(&mut encoder).unwrap();
     gpu.queue.submit([encoder.finish()]);
+    bits(gpu, prepared)
+}
+
+/// Its maps, after what was submitted.
+pub(super) fn bits(gpu: &Gpu, prepared: &Prepared) -> Bits {
     let maps = prepared.maps();
     // Unused nodes are zeros where no caster ever was.
     let known = |node: [u32; 2]| if node[0] >> 16 == 0 { [0; 2] } else { node };

@@ -1,5 +1,5 @@
 //! A host's own profiler around each pass.
-use super::{materials, particles, shadows, views};
+use super::{bits, materials, particles, shadows, submit, views};
 use crate::common::{TIERS, gpu};
 use gobo::{Casters, ShadowSettings, Timeline, gpu::Gpu, host::Profiler, wgpu};
 use std::sync::{Arc, Mutex};
@@ -82,4 +82,30 @@ fn a_profiler_sees_each_pass_from_begin_to_end() {
             assert!(ticks.iter().all(|&[begin, end]| begin > 0 && begin <= end), "{ticks:?}");
         }
     }
+}
+
+#[test]
+fn passes_of_a_split_timeline_are_submitted_one_by_one() {
+    let gpu = gpu(TIERS[1]);
+    let (particles, materials) = (particles(500, 5), materials());
+    let casters = Casters { particles: &particles, materials: &materials, ..Casters::default() };
+    let mut shadows = shadows(&gpu);
+    let prepared = shadows.prepare(&casters, &views(), &ShadowSettings::default()).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut timeline = Timeline::new(&gpu.device, &gpu.queue).split(&gpu.device, &gpu.queue);
+    prepared.record_timed(&mut encoder, &mut timeline).unwrap();
+    // All passes but the last have run.
+    assert!(prepared.counters().unwrap().pairs > 500);
+    timeline.finish(&mut encoder);
+    gpu.queue.submit([encoder.finish()]);
+    let found = bits(&gpu, &prepared);
+    if stamps(&gpu).is_some() {
+        let stages: Vec<_> =
+            timeline.read(&gpu.device).into_iter().map(|(stage, _)| stage).collect();
+        assert!(
+            ["project", "sort", "bin", "accumulate"].iter().all(|s| stages.contains(s)),
+            "{stages:?}"
+        );
+    }
+    assert!(found == submit(&gpu, &prepared));
 }

@@ -44,6 +44,22 @@ fn at(maps: &ViewMaps, x: usize, y: usize) -> (f32, f32) {
     (maps.filter[texel][0], maps.nearest[texel])
 }
 
+/// Rays are parallel to a line on the cone: beyond it, they would meet only its other half, behind the tip.
+#[test]
+fn cones_as_steep_as_the_light_have_no_other_half() {
+    let color = Vec4::new(0.0, 0.0, 0.0, 0.9);
+    for (radius, direction) in [(1.0, [1.0, -1.0]), (0.75, [0.8, -0.6]), (0.5, [2.0, -1.0])] {
+        for side in [-1.0, 1.0] {
+            let direction = Vec3::new(direction[0] * side, direction[1], 0.0).normalize();
+            let light = Light { size: Some(64), ..light(LightKind::Directional { direction }) };
+            let vertices = [(Vec3::ZERO, radius), (Vec3::X, 0.0)];
+            let vertex = |(position, radius)| StrandVertex { position, radius, color };
+            let cone = Strand { vertices: vertices.map(vertex).into(), material: 0, id: 0 };
+            assert_agrees(&lit_by(light, cone), TOLERANCE);
+        }
+    }
+}
+
 /// `F = 0.1 ^ sqrt(1 - (off / r)^2)` between the ends, and the hit is on the cylinder; the same in curves.
 #[test]
 fn a_strand_across_a_sun_is_whole() {

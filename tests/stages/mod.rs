@@ -2,6 +2,7 @@
 mod accumulate;
 mod bin;
 mod blockers;
+mod blocks;
 mod blur;
 mod blur_alone;
 mod buckets;
@@ -31,4 +32,5 @@ mod soften;
 mod soften_alone;
 mod soften_curves;
 mod sort;
+mod strand_blocks;
 mod viewpoints;

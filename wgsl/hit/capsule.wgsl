@@ -124,11 +124,11 @@ fn capsule_way(view: GpuView, capsule: CapsuleSetup, texel: vec2<f32>, opaque_de
     var enters = min(one, other);
     var leaves = max(one, other);
     let endless = LONGEST_WAY * capsule.length;
-    if open > 0.0 && is_along {
+    if open >= 0.0 && is_along {
         enters = -endless;
         leaves = endless;
     }
-    if open <= 0.0 {
+    if open < 0.0 {
         // A ray within the cone's own angle stays inside.
         let turn = enters;
         enters = select(-endless, leaves, grows > 0.0);

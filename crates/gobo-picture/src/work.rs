@@ -14,7 +14,7 @@ pub(super) struct Work {
 impl Work {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let timeline = if has_timestamps(gpu) {
-            Timeline::new(&gpu.device, &gpu.queue)
+            Timeline::new(&gpu.device, &gpu.queue).split(&gpu.device, &gpu.queue)
         } else {
             Timeline::stepped(&gpu.device, &gpu.queue)
         };

@@ -164,7 +164,7 @@ impl CapsuleSetup {
         let (low, high) = (roots[0].min(roots[1]), roots[0].max(roots[1]));
         // A ray within the cone's own angle stays inside.
         let endless = LONGEST_WAY * self.length;
-        let (enters, leaves) = match (open > 0.0, grows > 0.0) {
+        let (enters, leaves) = match (open >= 0.0, grows > 0.0) {
             (true, _) if is_along => (-endless, endless),
             (true, _) => (low, high),
             (false, true) => (high, endless),
