@@ -284,8 +284,8 @@ fn loops_of_area_look_ups_end_with_their_test() {
     }
 }
 
-/// SwiftShader, the driver of browsers without a GPU, follows a loop's paths to find its end, and each `&&` and
-/// `||` may double them: area lights' kernels would compile for hours. Constants decide before that.
+/// SwiftShader, the driver of browsers without a GPU, follows a loop's paths to find its end, and each `&&`
+/// and `||` may double them: area lights' kernels would compile for hours. Constants decide before that.
 #[test]
 fn conditions_of_look_ups_do_not_branch() {
     let library = gobo_picture::stage::library().unwrap();
