@@ -1,5 +1,5 @@
 //! Blocks of texels that subgroups cull casters for: none with a texel that meets a caster is passed by,
-//! whatever its shape, and few others are visited. Strands: tests/stages/strand_blocks.rs.
+//! whatever its shape, and few others are visited. Strands: `tests/stages/strand_blocks.rs`.
 use super::strand_blocks::SHAPES;
 use crate::common::{TIERS, gpu, scenes::Chance, wgsl_files};
 use gobo::{
