@@ -17,12 +17,6 @@ pub const OF_POINT: Choice = Choice::new("source", "shade/receive.wgsl");
 /// Look-up for scenes with area lights.
 pub const OF_AREA: Choice = Choice::new("source", "shade/source_area.wgsl");
 
-/// Values that a look-up lays aside stay in registers.
-pub const IN_REGISTERS: Choice = Choice::new("aside", "shade/asides.wgsl");
-/// Values that a look-up lays aside are in workgroup memory: an area light needs more registers than GPUs
-/// have.
-pub const IN_WORKGROUP: Choice = Choice::new("aside", "shade/aside_workgroup.wgsl");
-
 /// Makes the first level.
 pub const FIRST: KernelDesc =
     of("level_of_maps", &[Choice::new("below", "levels/below_maps.wgsl"), OF_POINT]);

@@ -4,7 +4,7 @@
 //! light that points of a picture send to the eye.
 use super::{
     caustics,
-    levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
+    levels::{OF_AREA, OF_POINT},
     walk::IN_ORDER,
 };
 use crate::{
@@ -35,25 +35,25 @@ pub const fn of_points(kernel: KernelDesc) -> KernelDesc {
 pub const LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "light_shares",
     entry: "light_points",
-    with: &[SHARES, OF_POINT, IN_REGISTERS, caustics::STRAIGHT],
+    with: &[SHARES, OF_POINT, caustics::STRAIGHT],
     ..of_points(KernelDesc::new("light_points", ROOT))
 };
 /// [`LIGHT_SHARES`] with area lights.
 pub const AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "area_light_shares",
-    with: &[SHARES, OF_AREA, IN_WORKGROUP, caustics::STRAIGHT],
+    with: &[SHARES, OF_AREA, caustics::STRAIGHT],
     ..LIGHT_SHARES
 };
 /// [`LIGHT_SHARES`] with light that glass throws.
 pub const THROWN_LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "thrown_light_shares",
-    with: &[SHARES, OF_POINT, IN_REGISTERS, caustics::THROWN],
+    with: &[SHARES, OF_POINT, caustics::THROWN],
     ..LIGHT_SHARES
 };
 /// [`AREA_LIGHT_SHARES`] with light that glass throws.
 pub const THROWN_AREA_LIGHT_SHARES: KernelDesc = KernelDesc {
     name: "thrown_area_light_shares",
-    with: &[SHARES, OF_AREA, IN_WORKGROUP, caustics::THROWN],
+    with: &[SHARES, OF_AREA, caustics::THROWN],
     ..LIGHT_SHARES
 };
 

@@ -4,7 +4,6 @@ use super::{
     accumulate::{DISCS, MAPS, PLAIN, SPLATS},
     curve,
     features::Simple,
-    levels::IN_REGISTERS,
     walk,
 };
 use crate::gpu::{Choice, KernelDesc, SAMPLED, Tier, UNROLLED};
@@ -15,15 +14,13 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/choices.wg
 /// tier allows.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
 /// Workgroups walk runs of tiles. Invocations hold four texels in a column, or eight of simple casters; nodes
-/// of curves, hits that wait for late ones, and values that look-ups lay aside are in registers, and loops
-/// over them are unrolled.
-pub const COLUMNS: [Choice; 8] = [
+/// of curves and hits that wait for late ones are in registers, and loops over them are unrolled.
+pub const COLUMNS: [Choice; 7] = [
     Choice::new("tiles", "llvmpipe/choices.wgsl"),
     Choice::new("rows", "llvmpipe/choices.wgsl"),
     Choice::new("nodes", "llvmpipe/nodes.wgsl"),
     Choice::new("written", "llvmpipe/choices.wgsl"),
     Choice::new("waiting", "llvmpipe/nodes.wgsl"),
-    IN_REGISTERS,
     EIGHT,
     WRITTEN_OUT,
 ];

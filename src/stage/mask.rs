@@ -6,7 +6,7 @@
 //! `light_masks`, which `light_points` reads.
 use super::{
     features::{Features, Flags},
-    levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
+    levels::{OF_AREA, OF_POINT},
 };
 use crate::gpu::{Choice, KernelDesc};
 
@@ -38,12 +38,12 @@ const NOT_JOINED: Choice = Choice::new(JOINED, "shade/none.wgsl");
 
 /// Reads the maps.
 pub const LOOK_UP: KernelDesc = KernelDesc {
-    with: &[OF_POINT, IN_REGISTERS, NOT_JOINED],
+    with: &[OF_POINT, NOT_JOINED],
     ..KernelDesc::new("mask_look_up", "mask/mask_look_up.wgsl")
 };
 /// [`LOOK_UP`] with area lights.
 pub const AREA_LOOK_UP: KernelDesc =
-    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, IN_WORKGROUP, NOT_JOINED], ..LOOK_UP };
+    KernelDesc { name: "area_mask_look_up", with: &[OF_AREA, NOT_JOINED], ..LOOK_UP };
 /// The kernel that looks up masks.
 pub fn look_up(features: Features) -> &'static KernelDesc {
     if features.has(Flags::HAS_AREAS) { &AREA_LOOK_UP } else { &LOOK_UP }

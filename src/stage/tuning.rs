@@ -35,10 +35,10 @@ pub struct Tuning {
     /// Whether particles of at most 2x2 texels skip sort and bin. Not on software adapters, whose
     /// atomics cost more than their sort.
     pub scatter_tiny: bool,
-    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves and the
-    /// values that look-ups lay aside in registers, and all loops over them unrolled. On llvmpipe, which
-    /// loads workgroup memory slowly. Not on SwiftShader, whose compiler takes minutes for such a kernel, and
-    /// in a browser takes the process with it.
+    /// Whether invocations hold columns of four or eight texels, with the nodes of their curves in
+    /// registers, and all loops over them unrolled. On llvmpipe, which loads workgroup memory slowly. Not on
+    /// SwiftShader, whose compiler takes minutes for such a kernel, and in a browser takes the process with
+    /// it.
     pub columns: bool,
     /// Whether walks visit particles and triangles in loops of their own. On software adapters, which
     /// take both sides of a branch; elsewhere it doubles the code of a kernel.

@@ -8,7 +8,7 @@ use gobo::{
     },
     stage::{
         bin, curve,
-        levels::{IN_REGISTERS, OF_AREA, OF_POINT},
+        levels::{OF_AREA, OF_POINT},
         llvmpipe::{COLUMNS, LOADED},
         sort::SERIAL_SCATTER,
         tuning::IN_TEXTURES,
@@ -122,7 +122,7 @@ fn every_declaration_is_some_kernels() {
     // Code that hosts link into shaders of their own.
     let library = gobo_picture::stage::library().unwrap();
     for source in [OF_POINT, OF_AREA] {
-        let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
+        let choices = [(source.name, source.files[0])];
         linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
     }
     linked.extend(kernels().iter().map(|desc| desc.link_with(Tier::Native, &COLUMNS).unwrap()));
@@ -253,11 +253,12 @@ fn loops_of_look_ups_end_with_their_test() {
 }
 
 /// Like [`loops_of_look_ups_end_with_their_test`]: a look-up of an area light would take a third longer.
+/// Compilers unroll loops of few and constant turns.
 #[test]
 fn loops_of_area_look_ups_end_with_their_test() {
     let library = gobo_picture::stage::library().unwrap();
     let of = |source: Choice| {
-        let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
+        let choices = [(source.name, source.files[0])];
         library.link("shade/light_through.wgsl", "light_at", &choices).unwrap().items
     };
     let (mut files, mut loops, mut early) = (HashSet::new(), 0, Vec::new());
@@ -269,7 +270,10 @@ fn loops_of_area_look_ups_end_with_their_test() {
         }
         files.insert(item.file);
         loops += item.text.matches("loop {").count();
-        if item.text.contains("for (") || item.text.contains("while ") {
+        let is_short =
+            |head: &str| ["< 2u;", "< AROUND_COUNT;"].iter().any(|bound| head.contains(bound));
+        let mut heads = item.text.split("for (").skip(1).map(|rest| rest.lines().next().unwrap());
+        if heads.any(|head| !is_short(head)) || item.text.contains("while ") {
             early.push((item.file, item.name));
         }
     }
@@ -278,6 +282,29 @@ fn loops_of_area_look_ups_end_with_their_test() {
     for name in ["level_light", "nearest_lit", "source_area"] {
         assert!(files.contains(&*format!("shade/{name}.wgsl")), "{name} is not in {files:?}");
     }
+}
+
+/// SwiftShader, the driver of browsers without a GPU, follows a loop's paths to find its end, and each `&&`
+/// and `||` may double them: area lights' kernels would compile for hours. Constants decide before that.
+#[test]
+fn conditions_of_look_ups_do_not_branch() {
+    let library = gobo_picture::stage::library().unwrap();
+    let linked = [OF_POINT, OF_AREA].map(|source| {
+        let choices = [(source.name, source.files[0])];
+        library.link("shade/light_through.wgsl", "light_at", &choices).unwrap().items
+    });
+    let roots = ["shade/point_light.wgsl", "shade/air_scatter.wgsl", "mask/mask_look_up.wgsl"];
+    let own = library.items().filter(|item| roots.contains(&item.file)).cloned();
+    let branching: HashSet<_> = linked
+        .into_iter()
+        .flatten()
+        .chain(own)
+        .flat_map(|item| item.text.lines().map(move |line| (item.file, line)))
+        .map(|(file, line)| (file, line.split("//").next().unwrap()))
+        .filter(|(_, code)| code.contains("&&") || code.contains("||"))
+        .filter(|(_, code)| !code.contains("HAS_") && !code.contains("NODES > 0u"))
+        .collect();
+    assert_eq!(branching, HashSet::new());
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! The lit picture.
 mod air;
 mod air_reach;
-mod asides;
 mod bloom;
 mod bounce;
 mod bricks;

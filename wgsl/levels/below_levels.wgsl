@@ -27,7 +27,7 @@ fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     first_face = leveled_view(leveled).z;
     first_child = 2 * at - 1;
     most_ramps = 0u;
-    for (var i = 0u; i < child_count(); i += 1u) {
+    for (var i = 0u; i < CHILDREN; i += 1u) {
         find_child(i);
         for (var pair = 0u; pair < 2u; pair += 1u) {
             most_ramps = max(most_ramps, used_nodes(block_nodes(child_block, pair), pair));
@@ -35,10 +35,7 @@ fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     }
 }
 
-// Loop counts are not constant, so that compilers don't unroll.
-fn child_count() -> u32 {
-    return select(0u, 16u, child_map.first < 0xffffffffu);
-}
+const CHILDREN: u32 = 16u;
 
 fn find_child(i: u32) {
     let at = first_child + vec2<i32>(vec2(i % 4u, i / 4u));

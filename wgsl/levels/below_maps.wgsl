@@ -26,7 +26,7 @@ fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     first_child = 2 * at;
     most_nodes = 0u;
     var is_opaque = false;
-    for (var i = 0u; i < child_count(); i += 1u) {
+    for (var i = 0u; i < CHILDREN; i += 1u) {
         start_child(i);
         let depths = textureLoad(opaques, child_at, child_layer, 0).rgb;
         let some = depths < vec3(1.0);
@@ -44,10 +44,7 @@ fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
     opaque_count = select(0u, select(1u, 3u, by_channel()), is_opaque);
 }
 
-// Loop counts are not constant, so that compilers don't unroll.
-fn child_count() -> u32 {
-    return select(0u, 4u, child_view.layer < 0xffffffffu);
-}
+const CHILDREN: u32 = 4u;
 
 // Whether opaque depths differ by channel.
 fn by_channel() -> bool {

@@ -11,7 +11,7 @@ import package::records::light::shadow_view;
 import package::records::record::record_texel;
 import package::records::view::{GpuView, ROLE_FACE};
 import package::shade::incoming::cube_face;
-import choice::below::{child_count, open_child, ramp_count};
+import choice::below::{CHILDREN, open_child, ramp_count};
 
 struct LevelParams {
     level: u32,
@@ -33,11 +33,10 @@ fn level_blocks(@builtin(global_invocation_id) id: vec3<u32>) {
     open_child(view, id.z, level_params.level, at);
     let ramps = ramp_count();
     // Most blocks are empty.
-    let children = select(0u, child_count(), ramps > 0u);
-    let pairs = select(0u, BLOCK_TEXELS, map.first < 0xffffffffu);
+    let children = select(0u, CHILDREN, ramps > 0u);
     find_parts(children, ramps, 2u * BLOCK_TEXELS);
     let number = block_number(map, at) - level_params.first_block;
-    for (var pair = 0u; pair < pairs; pair += 1u) {
+    for (var pair = 0u; pair < BLOCK_TEXELS; pair += 1u) {
         let first = part_node(2u * pair, children, ramps);
         let second = part_node(2u * pair + 1u, children, ramps);
         textureStore(new_levels, record_texel(number * BLOCK_TEXELS + pair), vec4(first, second));

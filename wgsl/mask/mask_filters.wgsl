@@ -82,7 +82,6 @@ fn mask_enlarge(@builtin(global_invocation_id) id: vec3<u32>) {
     var weights = 0.0;
     var best = even_group(1.0);
     var least = 1e30;
-    // The loop count is not constant, so that compilers do not unroll.
     let count = select(0u, 4u, surface.depth < 1.0);
     for (var i = 0u; i < count; i += 1u) {
         let step = vec2(i & 1u, i >> 1u);

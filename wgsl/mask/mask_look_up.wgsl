@@ -3,94 +3,97 @@
 
 import package::bind::sampled::{mask_points, mask_surfaces};
 import package::bind::uniform::mask_params;
-import package::mask::mask_group::{MASKS, even_group, shown_pixel, store_group};
+import package::mask::mask_group::{MASKS, MaskGroup, even_group, shown_pixel, store_group};
 import package::records::light::{cluster_list, cluster_of, light_record, listed_index};
 import package::records::mask::{
-    JOINED_BIT, mask_slot, pixel_number, slot_channels, slot_mask, surface_depth, surface_offset,
+    JOINED_BIT, mask_slot, pixel_number, slot_channels, slot_mask, surface_offset,
     unpack_mask_point, unpack_surface,
 };
-import package::shade::asides::{ASIDE_LOCAL, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;
-import package::shade::shadow::shadow;
+import package::shade::shadow::{UNSHADED, past_view, receiver_of};
 import package::shade::taps::set_turn;
-import choice::aside::{aside, lay_aside, open_asides};
 import choice::joined::host_shadow;
-
-// Laid aside: the pixel, and the share that passes of the first mask's lights.
-const ASIDE_TEXEL: u32 = ASIDE_LOCAL;
-const ASIDE_PASSED_FIRST: u32 = ASIDE_LOCAL + 1u;
-const LOCAL_ASIDES: u32 = 2u;
 
 fn lowered(passed: vec4<f32>, slot: u32, is_mask: bool, share: vec3<f32>) -> vec4<f32> {
     let channels = slot_channels(slot) & vec4(is_mask);
-    let is_colored = channels.x && channels.y;
+    let is_colored = channels.x & channels.y;
     // Lights with one channel are blocked alike in all of them.
     return select(passed, min(passed, select(vec4(share.g), vec4(share, 1.0), is_colored)), channels);
 }
 
 @compute @workgroup_size(8, 8)
-fn mask_look_up(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn mask_look_up(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= mask_params.size) {
         return;
     }
-    open_asides(lane);
-    lay_aside(ASIDE_TEXEL, vec4(id.xy, 0u, 0u));
-    lay_aside(ASIDE_PASSED_FIRST, bitcast<vec4<u32>>(vec4(1.0)));
-    let depth = surface_depth(textureLoad(mask_surfaces, id.xy, 0));
-    let offset = surface_offset(textureLoad(mask_surfaces, id.xy, 0));
-    let receiver = unpack_mask_point(textureLoad(mask_points, id.xy, 0));
-    let pixel = shown_pixel(id.xy, mask_params.step, offset);
-    let list = cluster_list(cluster_of(pixel, depth));
-    let count = select(0u, list.count, depth < 1.0);
-    set_turn(pixel_number(pixel));
-    set_receiver(receiver.receives, receiver.tag, true);
-    let first = id.z * MASKS;
-    var rest = even_group(1.0); // the first mask is laid aside
-    while aside(ASIDE_TEXEL).z < count {
-        // Skips the lights of other masks, which the rest of the loop would compute in vain.
-        let before = aside(ASIDE_TEXEL);
-        var next = before.z;
+    var masks = even_group(1.0);
+    var passed = UNSHADED;
+    var i = 0u; // in the list of the pixel's lights
+    // A turn reads one view of a light, and reads the pixel and the light for it: an area light leaves no
+    // registers to keep them.
+    loop {
+        let texel = textureLoad(mask_surfaces, id.xy, 0);
+        let surface = unpack_surface(texel);
+        let receiver = unpack_mask_point(textureLoad(mask_points, id.xy, 0));
+        let pixel = shown_pixel(id.xy, mask_params.step, surface_offset(texel));
+        let list = cluster_list(cluster_of(pixel, surface.depth));
+        let count = select(0u, list.count, surface.depth < 1.0);
+        // Skips the lights of other masks.
         var index = 0u;
         var slot = 0u;
-        while slot == 0u && next < count {
-            index = listed_index(list, next);
-            let found = mask_slot(index);
-            slot = select(0u, found, found != 0u && slot_mask(max(found, 1u)) / MASKS == id.z);
-            next += 1u;
+        while i < count {
+            index = listed_index(list, i);
+            slot = mask_slot(index);
+            if (slot != 0u) & (slot_mask(max(slot, 1u)) / MASKS == id.z) {
+                break;
+            }
+            i += 1u;
         }
-        let texel = before.xy;
-        lay_aside(ASIDE_TEXEL, vec4(texel, next, slot));
-        let surface = unpack_surface(textureLoad(mask_surfaces, texel, 0));
-        let position = unpack_mask_point(textureLoad(mask_points, texel, 0)).position;
-        var light = light_record(index);
-        let arriving = incoming(light, position);
-        let is_lit = dot(surface.normal, arriving.toward) > 0.0 && any(arriving.color > vec3(0.0));
-        // As in `point_light` for opaque points.
-        let faces = dot(surface.face, arriving.toward) > 0.0;
-        let face = select(surface.normal, surface.face, faces);
-        // A light without views reads no map.
-        light.view_count = select(0u, light.view_count, is_lit && slot != 0u);
-        var share = shadow(light, index, position, face, arriving.toward, surface.reach);
-        let after = aside(ASIDE_TEXEL);
-        if (after.w & JOINED_BIT) != 0u && is_lit {
-            share *= host_shadow(index, position, surface.normal);
+        if i >= count {
+            break;
         }
-        let mask_slot = max(after.w, 1u);
-        let mask = select(MASKS, slot_mask(mask_slot) - first, after.w != 0u);
-        let passed = floats_of(aside(ASIDE_PASSED_FIRST));
-        lay_aside(ASIDE_PASSED_FIRST, bitcast<vec4<u32>>(lowered(passed, mask_slot, mask == 0u, share)));
-        if MASKS > 1u {
-            rest.second = lowered(rest.second, mask_slot, mask == 1u, share);
+        set_turn(pixel_number(pixel));
+        set_receiver(receiver.receives, receiver.tag, true);
+        let light = light_record(index);
+        let arriving = incoming(light, receiver.position);
+        let is_lit = (dot(surface.normal, arriving.toward) > 0.0) & any(arriving.color > vec3(0.0));
+        var joined = vec3(1.0);
+        if ((slot & JOINED_BIT) != 0u) & is_lit {
+            joined = host_shadow(index, receiver.position, surface.normal);
         }
-        if MASKS > 2u {
-            rest.third = lowered(rest.third, mask_slot, mask == 2u, share);
-            rest.fourth = lowered(rest.fourth, mask_slot, mask == 3u, share);
+        let is_last = i + 1u >= count;
+        passed.is_all = true;
+        if is_lit & (light.view_count > 0u) {
+            // As in `point_light` for opaque points.
+            let faces = dot(surface.face, arriving.toward) > 0.0;
+            let face = select(surface.normal, surface.face, faces);
+            let at = receiver_of(light, receiver.position, face, arriving.toward, surface.reach);
+            passed = past_view(passed, light, at);
+        }
+        if passed.is_all {
+            masks = lowered_group(masks, slot, id.z * MASKS, passed.light * joined);
+            passed = UNSHADED;
+            i += 1u;
+            if is_last {
+                break;
+            }
         }
     }
-    rest.first = floats_of(aside(ASIDE_PASSED_FIRST));
-    store_group(aside(ASIDE_TEXEL).xy, id.z, rest);
+    store_group(id.xy, id.z, masks);
+}
+
+// `first`: the first mask of the group.
+fn lowered_group(masks: MaskGroup, slot: u32, first: u32, share: vec3<f32>) -> MaskGroup {
+    let mask = slot_mask(slot) - first;
+    var lower = masks;
+    lower.first = lowered(masks.first, slot, mask == 0u, share);
+    if MASKS > 1u {
+        lower.second = lowered(masks.second, slot, mask == 1u, share);
+    }
+    if MASKS > 2u {
+        lower.third = lowered(masks.third, slot, mask == 2u, share);
+        lower.fourth = lowered(masks.fourth, slot, mask == 3u, share);
+    }
+    return lower;
 }

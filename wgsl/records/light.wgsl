@@ -156,7 +156,7 @@ fn cluster_list(cluster: u32) -> LightList {
     let at = select(2u * cluster, 0u, cluster == ALL_LIGHTS);
     let first = textureLoad(clusters, record_texel(at), 0).r;
     let count = textureLoad(clusters, record_texel(at + 1u), 0).r;
-    if cluster == ALL_LIGHTS || first == ALL_LIGHTS {
+    if (cluster == ALL_LIGHTS) | (first == ALL_LIGHTS) {
         return LightList(ALL_LIGHTS, picture_params.light_count);
     }
     return LightList(first, count);

@@ -5,7 +5,7 @@ import package::records::light::{END_BIT, GpuLight, INNER_BIT, LIGHT_DIRECTIONAL
 // Face of a cube that contains the direction `away` from its centre.
 fn cube_face(away: vec3<f32>) -> u32 {
     let size = abs(away);
-    if size.x >= size.y && size.x >= size.z {
+    if (size.x >= size.y) & (size.x >= size.z) {
         return select(1u, 0u, away.x > 0.0);
     }
     if size.y >= size.z {

@@ -1,18 +1,25 @@
-// The receiver of a look-up, which `shadow` lays aside for each view.
+// The receiver of a look-up, and its point for a view.
 
 import package::features::HAS_FILTERS;
 import package::records::area::has_area;
 import package::records::light::{GpuLight, TEXELS_BIT};
 import package::records::material::{RECEIVES_CURVE, RECEIVES_NEAREST};
 import package::records::view::GpuView;
-import package::shade::asides::{ASIDE_LEAST, ASIDE_NORMAL, ASIDE_POINT, floats_of};
 import package::shade::receiver::{receives, set_plane};
 import package::shade::taps::{FILTER_BOX, beyond_spline, filter_of};
-import choice::aside::aside;
+
+struct Receiver {
+    point: vec3<f32>,  // world space [m]
+    normal: vec3<f32>, // on the light's side; zero without a surface
+    reach: f32,        // of `shadow` [m]
+    sine: f32,         // of the slope
+    distance: f32,     // from the light [m]
+    slope: f32,        // slope-scaled bias [texels]
+}
 
 // The receiver's plane in a view.
-fn set_own_plane(view: GpuView) {
-    set_plane(view, floats_of(aside(ASIDE_POINT)).xyz, floats_of(aside(ASIDE_NORMAL)).xyz);
+fn set_own_plane(view: GpuView, receiver: Receiver) {
+    set_plane(view, receiver.point, receiver.normal);
 }
 
 // Edge of a texel of the view at the point's depth [m].
@@ -63,7 +70,7 @@ fn wide_lift(light: GpuLight, slope: vec2<f32>) -> f32 {
 // Whether the light has penumbrae on the receiver. Levels hold all casters, so receivers that only some
 // casters tint read the map.
 fn is_soft(light: GpuLight) -> bool {
-    return has_area(light) && (receives == RECEIVES_CURVE || receives == RECEIVES_NEAREST);
+    return has_area(light) & ((receives == RECEIVES_CURVE) | (receives == RECEIVES_NEAREST));
 }
 
 // The point of a look-up, lifted off its surface for a view.
@@ -73,30 +80,30 @@ struct Lifted {
     tint_bias: f32, // with respect to translucent casters [m]
 }
 
-fn lifted_point(light: GpuLight, view: GpuView) -> Lifted {
-    let kept = floats_of(aside(ASIDE_POINT));
-    let surface = floats_of(aside(ASIDE_NORMAL));
-    let texel = texel_size(view, kept.xyz);
+fn lifted_point(light: GpuLight, view: GpuView, receiver: Receiver) -> Lifted {
+    let normal = receiver.normal;
+    let texel = texel_size(view, receiver.point);
     // The bias replaces a part of the normal bias, because edges of shadows move with the point.
-    let has_normal = dot(surface.xyz, surface.xyz) > 0.0;
+    let has_normal = any(normal != vec3(0.0));
     let is_wide = beyond_spline(light) > 0.0;
-    let slope = (view.view_from_world * vec4(surface.xyz, 0.0)).xy;
-    let seen_sine = surface.w / lift(light);
+    let slope = (view.view_from_world * vec4(normal, 0.0)).xy;
+    let along = lift(light) * receiver.sine;
+    let seen_sine = along / lift(light);
     let sine = select(seen_sine, max(seen_sine, length(slope)), is_wide);
-    let raised = select(surface.w, max(surface.w, wide_lift(light, slope)), is_wide);
-    let least = select(0.0, CASTER_BIAS, kept.w > 0.0);
+    let raised = select(along, max(along, wide_lift(light, slope)), is_wide);
+    let least = select(0.0, CASTER_BIAS, receiver.reach > 0.0);
     let bias = depth_bias(light, view, texel, select(0.0, sine, has_normal), least);
     let covered = bias * sqrt(max(1.0 - sine * sine, 0.0));
     let part = min(light.normal_bias * sine * texel, covered);
     // With spots, occluders end at the point's own plane.
     let rest = select(raised * texel - part, 0.0, is_soft(light));
-    let point = kept.xyz + surface.xyz * rest;
+    let point = receiver.point + normal * rest;
     // A point without a normal is on no translucent caster that could tint it.
-    let tint_bias = select(depth_bias(light, view, 0.0, 0.0, 0.0), bias, has_normal || kept.w > 0.0);
-    var added = max(kept.w, 0.0);
+    let tint_bias = select(depth_bias(light, view, 0.0, 0.0, 0.0), bias, has_normal | (receiver.reach > 0.0));
+    var added = max(receiver.reach, 0.0);
     if HAS_FILTERS {
-        added += floats_of(aside(ASIDE_LEAST)).w * texel;
+        added += receiver.slope * texel;
     }
-    let is_biased = kept.w >= 0.0;
+    let is_biased = receiver.reach >= 0.0;
     return Lifted(point, select(0.0, bias, is_biased) + added, select(0.0, tint_bias, is_biased) + added);
 }

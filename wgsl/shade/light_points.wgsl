@@ -2,11 +2,7 @@
 // of a host. One invocation per answer; the kernel chooses the answers. CPU reference:
 // crates/gobo-reference/src/shading/mod.rs. Rust: crates/gobo-picture/src/stage/shade.rs.
 
-import choice::aside::open_asides;
 import choice::light_output::{answer_count, store_answer};
-
-// Values that an answer lays aside (`point_light`).
-const LOCAL_ASIDES: u32 = 2u;
 
 override WORKGROUP_SIZE: u32;
 
@@ -14,12 +10,10 @@ override WORKGROUP_SIZE: u32;
 fn light_points(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) lane: u32,
 ) {
     let index = id.y * workgroups.x * WORKGROUP_SIZE + id.x;
     if index >= answer_count() {
         return;
     }
-    open_asides(lane);
     store_answer(index);
 }

@@ -10,10 +10,8 @@ import package::records::material::RECEIVES_CURVE;
 import package::records::texel::NO_OWNER;
 import package::shade::incoming::incoming;
 import package::shade::receiver::set_receiver;
-import package::shade::shadow::shadow;
-import choice::thrown::with_thrown;
-
-const LOCAL_ASIDES: u32 = 0u;
+import package::shade::shadow::{receiver_of, shadow};
+import choice::thrown::{thrown_at, with_thrown};
 
 // `light`: index among the bound lights; `position` [m] and unit `normal` in world space. The normal
 // offsets the point towards the light, off its own surface's shadow; zero for a point on no surface.
@@ -22,7 +20,7 @@ fn light_through(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32
     let toward = incoming(source, position).toward;
     let face = normal * select(-1.0, 1.0, dot(normal, toward) > 0.0);
     set_receiver(RECEIVES_CURVE, NO_OWNER, false);
-    return shadow(source, light, position, face, toward, 0.0);
+    return shadow(source, receiver_of(source, position, face, toward, 0.0));
 }
 
 // For a point without a normal: smoke, fog.
@@ -44,7 +42,7 @@ fn store_answer(index: u32) {
     let normal = select(vec3(0.0), stored, point_batch.has_normals != 0u);
     let light = index % picture_params.light_count;
     let straight = light_through(light, position, normal);
-    let share = with_thrown(light_record(light), position, straight);
+    let share = with_thrown(thrown_at(light_record(light), position), straight);
     point_shares[3u * index] = share.r;
     point_shares[3u * index + 1u] = share.g;
     point_shares[3u * index + 2u] = share.b;

@@ -7,8 +7,10 @@ import package::curve::node::{DEPTHS, curve_layer, node_length, node_passed, nod
 import package::features::NODES;
 import package::shade::level_light::{Fade, fade_between, share_before};
 import package::shade::receiver::{TOUCH, is_solid};
+import package::shade::cells::{cell_at, cells_around, is_past, next_cell};
 import package::shade::spot::{
-    LEAST_SQUARE, receiver_end, spot_at, spot_bias, spot_center, spot_shape, spot_shear, spot_view, turned,
+    box_area, box_cover, box_of_map, box_reach, box_widths, receiver_end, spot_at, spot_bias, spot_center,
+    spot_view,
 };
 
 // Light of the texels in the widest spot.
@@ -30,15 +32,10 @@ var<private> near_cover: f32; // of the texel, in the widest spot
 var<private> near_fade: Fade;
 var<private> near_square: f32; // inverse square of the radius of the widest spot
 
-// Squared widths of the box that, with a texel's own width, filters a spot.
-fn box_squares(texels: f32) -> vec2<f32> {
-    return max(3.0 * spot_shape * spot_shape * (texels * texels) - 1.0, vec2(LEAST_SQUARE));
-}
-
-fn box_cover(squares: vec2<f32>) -> f32 {
-    let width = sqrt(squares);
-    let over = saturate(0.5 * (width + 1.0) - abs(near_off));
-    return over.x * over.y / (width.x * width.y);
+// Share of the box of a spot that the texel covers.
+fn map_cover(texels: f32) -> f32 {
+    let widths = box_widths(box_of_map(), texels);
+    return box_cover(box_reach(widths), near_off) / box_area(widths);
 }
 
 // Adds the light that a ramp takes before `end`.
@@ -50,7 +47,7 @@ fn take_ramp(start: f32, length: f32, drop: vec3<f32>, end: f32) {
     near_before -= drop * early;
     let share = max(until - early, 0.0);
     let texels = spot_at(start + length * 0.5 * (early + max(until, early)));
-    let taken = drop * (share * box_cover(box_squares(texels)));
+    let taken = drop * (share * map_cover(texels));
     near_light.taken += taken;
     near_light.widest += drop * (share * near_cover);
     near_light.step += saturate(1.0 - texels * texels * near_square) * (taken.x + taken.y + taken.z);
@@ -103,7 +100,7 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
         }
     }
     near_light.before += near_before * cover;
-    near_light.inner += near_before * box_cover(box_squares(0.0));
+    near_light.inner += near_before * map_cover(0.0);
 }
 
 // `texels`: radius of the widest spot.
@@ -111,27 +108,16 @@ fn evaluate_map(texels: f32, since: vec2<f32>, is_asked: bool) {
     near_fade = fade_between(since);
     near_square = 1.0 / max(texels * texels, 1e-6);
     near_light = NearLight(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), 0.0);
-    let squares = box_squares(texels);
-    let half = 0.5 * (sqrt(squares) + 1.0);
-    let middle = turned(spot_center - 0.5);
-    let low = ceil(middle.y - half.y);
-    let high = floor(middle.y + half.y);
-    var left = select(0u, u32((floor(2.0 * half.x) + 1.0) * (high - low + 1.0)), is_asked);
-    var row = low;
-    var sheared = spot_shear * (row - middle.y);
-    var column = ceil(middle.x + sheared - half.x);
-    if left > 0u {
+    let widest = box_widths(box_of_map(), texels);
+    var cells = cells_around(spot_center - 0.5, box_reach(widest));
+    if is_asked {
         loop {
-            near_off = vec2(column - sheared, row) - middle;
-            near_texel(turned(vec2(column, row)), box_cover(squares));
-            let is_last = !(column + 1.0 <= middle.x + sheared + half.x);
-            row += select(0.0, 1.0, is_last);
-            sheared = spot_shear * (row - middle.y);
-            column = select(column + 1.0, ceil(middle.x + sheared - half.x), is_last);
-            if left <= 1u || row > high {
+            near_off = cells.off;
+            near_texel(cell_at(cells), box_cover(cells.reach, near_off) / box_area(widest));
+            cells = next_cell(cells);
+            if is_past(cells) {
                 break;
             }
-            left -= 1u;
         }
     }
 }

@@ -8,6 +8,10 @@ fn host_shadow(light: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> 
 }
 
 // Look-up without light that glass throws.
-fn with_thrown(light: GpuLight, point: vec3<f32>, straight: vec3<f32>) -> vec3<f32> {
+fn thrown_at(light: GpuLight, point: vec3<f32>) -> vec4<f32> {
+    return vec4(0.0);
+}
+
+fn with_thrown(thrown: vec4<f32>, straight: vec3<f32>) -> vec3<f32> {
     return straight;
 }

@@ -1,7 +1,6 @@
 // Outline of an area light seen from a receiver, in the plane of a map.
 
 import package::records::area::{AREA_FLAT, AREA_SUN, GpuArea};
-import package::records::light::GpuLight;
 import package::records::view::GpuView;
 
 // Sheared rectangle with the second moments of the light's outline.
@@ -13,7 +12,7 @@ struct Outline {
 
 // Half axes of the light seen from the point, along x and y of the view's map: in metres in a perspective
 // view, as slopes in a parallel one.
-fn half_axes(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, point: vec3<f32>) -> mat2x2<f32> {
+fn half_axes(view: GpuView, area: GpuArea, p: vec3<f32>, distance: f32) -> mat2x2<f32> {
     let perspective = view.perspective > 0.0;
     let aside = select(vec2(0.0), p.xy / max(-p.z, 1e-6), perspective);
     let down = vec2(1.0, -1.0); // rows of the map go down
@@ -27,14 +26,14 @@ fn half_axes(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, point:
     let facing = mat2x2(out * sqrt(1.0 + off_axis), vec2(-out.y, out.x)) * area.right.x;
     let is_flat = area.kind == AREA_FLAT;
     let axes = mat2x2(select(facing[0], flat_axes[0], is_flat), select(facing[1], flat_axes[1], is_flat));
-    let as_slope = select(1.0 / max(length(point - light.position), 1e-6), 1.0, perspective);
+    let as_slope = select(1.0 / max(distance, 1e-6), 1.0, perspective);
     let of_sun = select(1.0, -p.z, perspective);
     return axes * select(as_slope, of_sun, area.kind == AREA_SUN);
 }
 
-// The outline seen from `point`, in `view` at `p`.
-fn outline_of(view: GpuView, light: GpuLight, area: GpuArea, p: vec3<f32>, point: vec3<f32>) -> Outline {
-    let axes = half_axes(view, light, area, p, point);
+// The outline seen from a point, in `view` at `p`, at a distance from the light [m].
+fn outline_of(view: GpuView, area: GpuArea, p: vec3<f32>, distance: f32) -> Outline {
+    let axes = half_axes(view, area, p, distance);
     let along = axes[0] * axes[0] + axes[1] * axes[1];
     let both = axes[0].x * axes[0].y + axes[1].x * axes[1].y;
     let is_turned = along.x > along.y;

@@ -28,8 +28,8 @@ fn set_leaf(leaf: bool) {
 // Whether a texel's translucent casters tint the receiver at all. `filtered` and `nearest`: in the format of
 // the maps.
 fn is_tinted(filtered: vec4<f32>, nearest: f32) -> bool {
-    let is_shown = receives == RECEIVES_OTHERS && stored_tag(filtered.a, nearest) == receiver_tag;
-    return receives != RECEIVES_OPAQUE && !is_shown;
+    let is_shown = (receives == RECEIVES_OTHERS) & (stored_tag(filtered.a, nearest) == receiver_tag);
+    return (receives != RECEIVES_OPAQUE) & !is_shown;
 }
 
 // Depth of a receiver for translucent casters.

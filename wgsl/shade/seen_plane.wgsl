@@ -1,6 +1,7 @@
 // Plane of the surface under a point without a normal, from the surfaces that the map sees around it.
 // Otherwise a floor that rises towards the light would occlude itself.
 
+import package::curve::node::DEPTHS;
 import package::records::view::GpuView;
 import package::shade::receiver::solid_depths;
 
@@ -26,68 +27,53 @@ fn around_offset(i: u32) -> vec2<f32> {
 
 // Offset of a texel from the point [texels]; and the distance of its surface, in a perspective view its
 // inverse, less the point's.
-fn surface_around(view: GpuView, center: vec2<f32>, at_point: f32, off: vec2<f32>) -> vec3<f32> {
+fn surface_around(view: GpuView, near: f32, center: vec2<f32>, at_point: f32, off: vec2<f32>) -> vec3<f32> {
     let texel = clamp(floor(center + off), vec2(0.0), view.size - 1.0);
     let depths = solid_depths(view, view.origin + vec2<u32>(texel));
     let depth = max(depths.x, max(depths.y, depths.z));
-    let distance = view.near + depth * (view.far - view.near);
+    let distance = near + depth * DEPTHS;
     let linear = select(distance, 1.0 / max(distance, 1e-6), view.perspective > 0.0);
     return vec3(texel + 0.5 - center, select(linear - at_point, NO_SURFACE, depth >= 1.0));
 }
 
-// Change of the plane per texel; zero where the map sees none. `center`: place of the point [texels];
-// `at_point`: its distance, or in a perspective view the inverse; `slack`: largest error of a surface on the
-// plane.
-fn seen_plane(view: GpuView, center: vec2<f32>, at_point: f32, slack: f32, is_asked: bool) -> vec2<f32> {
-    var found = vec2(0.0);
+// Change of the plane per texel; zero where the map sees none. Distances are in steps of a curve's depths.
+// `near`: of the near plane; `center`: place of the point [texels]; `at_point`: its distance, or in a
+// perspective view the inverse; `slack`: largest error of a surface on the plane.
+fn seen_plane(view: GpuView, near: f32, center: vec2<f32>, at_point: f32, slack: f32) -> vec2<f32> {
     var ring = FIRST_RING;
-    // The loop count is not constant, so that compilers do not unroll.
-    let around = select(0u, AROUND_COUNT, is_asked);
-    if is_asked {
-        loop {
-            // The two texels in different directions with the least errors: occluders are far off the
-            // surface.
-            var first = vec3(1.0, 0.0, NO_SURFACE);
-            var second = vec3(0.0, 1.0, NO_SURFACE);
-            var by_texel = vec2(0.0);
-            var count = 0u;
-            // Three rounds: for the first texel, for the second, and for all texels on their plane.
-            var i = 0u;
-            loop {
-                let seen = surface_around(
-                    view,
-                    center,
-                    at_point,
-                    around_offset(i & (AROUND_COUNT - 1u)) * ring,
-                );
-                let is_first = i < around;
-                let is_second = !is_first && i < 2u * around;
-                // For opposite texels the cross product is at most `ring`.
-                let is_aside = abs(first.x * seen.y - first.y * seen.x) > ring;
-                first = select(first, seen, is_first && abs(seen.z) < abs(first.z));
-                second = select(second, seen, is_second && is_aside && abs(seen.z) < abs(second.z));
-                let across = first.x * second.y - first.y * second.x;
-                let is_whole = abs(across) > 1.0 && max(abs(first.z), abs(second.z)) < NO_SURFACE;
-                let turned = vec2(
-                    first.z * second.y - second.z * first.y,
-                    second.z * first.x - first.z * second.x,
-                );
-                by_texel = select(vec2(0.0), turned / select(1.0, across, is_whole), is_whole);
-                let most_off = slack + ROUGH * (abs(by_texel.x) + abs(by_texel.y));
-                let is_on = is_whole && abs(seen.z - dot(by_texel, seen.xy)) <= most_off;
-                count += select(0u, 1u, is_on && i >= 2u * around);
-                i += 1u;
-                if i >= 3u * around {
-                    break;
-                }
-            }
-            let is_plane = count >= LEAST_ON_PLANE;
-            found = select(found, by_texel, is_plane);
-            ring = select(ring * NEXT_RING, NO_SURFACE, is_plane);
-            if ring > LAST_RING {
-                break;
-            }
+    var by_texel = vec2(0.0);
+    loop {
+        // The two texels in different directions with the least errors: occluders are far off the surface.
+        var first = vec3(1.0, 0.0, NO_SURFACE);
+        for (var i = 0u; i < AROUND_COUNT; i += 1u) {
+            let seen = surface_around(view, near, center, at_point, around_offset(i) * ring);
+            first = select(first, seen, abs(seen.z) < abs(first.z));
+        }
+        var second = vec3(0.0, 1.0, NO_SURFACE);
+        for (var i = 0u; i < AROUND_COUNT; i += 1u) {
+            let seen = surface_around(view, near, center, at_point, around_offset(i) * ring);
+            // For opposite texels the cross product is at most `ring`.
+            let is_aside = abs(first.x * seen.y - first.y * seen.x) > ring;
+            second = select(second, seen, is_aside & (abs(seen.z) < abs(second.z)));
+        }
+        let across = first.x * second.y - first.y * second.x;
+        let is_whole = (abs(across) > 1.0) & (max(abs(first.z), abs(second.z)) < NO_SURFACE);
+        by_texel = vec2(first.z * second.y - second.z * first.y, second.z * first.x - first.z * second.x)
+            / select(1.0, across, is_whole);
+        let most_off = slack + ROUGH * (abs(by_texel.x) + abs(by_texel.y));
+        var count = 0u;
+        for (var i = 0u; i < AROUND_COUNT; i += 1u) {
+            let seen = surface_around(view, near, center, at_point, around_offset(i) * ring);
+            count += select(0u, 1u, abs(seen.z - dot(by_texel, seen.xy)) <= most_off);
+        }
+        if is_whole & (count >= LEAST_ON_PLANE) {
+            break;
+        }
+        ring *= NEXT_RING;
+        if ring > LAST_RING {
+            by_texel = vec2(0.0);
+            break;
         }
     }
-    return found;
+    return by_texel;
 }

@@ -47,9 +47,9 @@ fn map_taps(view: GpuView, point: vec3<f32>) -> Taps {
     let position = vec2(p.x, -p.y) * (view.scale / select(1.0, max(distance, 1e-6), perspective))
         + view.size * 0.5;
     let z = (distance - view.near) / (view.far - view.near);
-    let inside = all(position >= vec2(0.0)) && all(position <= view.size);
+    let inside = all(position >= vec2(0.0)) & all(position <= view.size);
     // A cone or a cube's face ends where its map does.
-    let reaches = z >= 0.0 && (inside || perspective);
+    let reaches = (z >= 0.0) & (inside | perspective);
     let middle = clamp(floor(position), vec2(-1e6), vec2(1e6));
     let t = clamp(position - middle - 0.5, vec2(-0.5), vec2(0.5));
     return Taps(position, middle, z, reaches, spline(t.x), spline(t.y));

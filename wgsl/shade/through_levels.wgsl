@@ -1,20 +1,18 @@
 // Soft shadow of an area light by percentage-closer soft shadows (Fernando 2005) on the prefiltered levels of
 // a map: from the light on, from the widest spots to the sharpest. Truth: tests/common/area_truth.rs.
 
-import package::curve::node::DEPTHS;
 import package::records::area::{area_of, level_map, leveled_view};
 import package::records::light::GpuLight;
 import package::records::view::GpuView;
-import package::shade::asides::{ASIDE_HIDDEN, ASIDE_NORMAL, ASIDE_PASSED, ASIDE_POINT, bits_of, floats_of};
-import package::shade::level_light::{
-    NEVER, evaluate_level, least_open, level_light, next_occluder, search_rows,
-};
-import package::shade::lifted::Lifted;
+import package::shade::level_light::{NEVER, light_of_level, next_occluder};
+import package::shade::lifted::{Lifted, Receiver};
 import package::shade::receiver::is_solid;
-import package::shade::spot::{FADE, SHARP, WIDEST, fade_at, receiver_end, set_spot, spot_at, spot_center};
+import package::shade::spot::{
+    FADE, SHARP, WIDEST, box_of_level, box_widths, fade_at, receiver_end, set_spot, spot_at,
+    spot_bias, spot_center,
+};
 import package::shade::taps::map_taps;
 import package::sums::sums::blackened;
-import choice::aside::{aside, forget_asides, lay_aside};
 
 // Weight of a level's result, per light before the level, up to 1.
 const EVIDENCE: f32 = 300.0;
@@ -28,8 +26,6 @@ const MIN_OPEN: f32 = 0.25;
 const AROUND: f32 = 0.25;
 // Least light to divide by.
 const MIN: f32 = 1e-4;
-// Bit beside the number of a level that is laid aside: whether filters alone touch the receiver.
-const TOUCH_BIT: u32 = 0x80000000u;
 
 fn relied_on(before: vec3<f32>) -> vec3<f32> {
     return clamp(before * EVIDENCE, vec3(0.0), vec3(1.0));
@@ -55,43 +51,44 @@ fn level_of(texels: f32, last: u32) -> u32 {
     let near = u32(clamp(ceil(log2(max(texels, SHARP) / WIDEST)), 1.0, 12.0));
     // Corrects the rounding of the logarithm.
     let up = select(near, near + 1u, texels > WIDEST * f32(1u << near));
-    let enough = select(up, up - 1u, up > 1u && texels <= WIDEST * f32(1u << (up - 1u)));
+    let enough = select(up, up - 1u, (up > 1u) & (texels <= WIDEST * f32(1u << (up - 1u))));
     return select(min(enough, last), 0u, texels <= SHARP);
 }
 
-// Result of the levels, for the map. Laid aside: the light behind the levels' occluders, with the start of
-// the fade behind which the first of them holds nothing, and the light past such occluders, with the last of
-// those levels.
-struct Leveled {
-    since: vec2<f32>, // fade into the map
-    near: f32,        // first depth of the map's occluders behind it; NEVER for none, or if filters touch
-    hidden_end: f32,  // end of the fade that is laid aside
-    number: u32,      // of the leveled view
-    last: u32,        // first depth of the map's occluders behind it; NEVER for none, or if filters touch
+// In place of a level: no level is before.
+const FROM_LIGHT: u32 = 31u;
+
+// Fade from the depths of coarser levels into those of a level, or of the map, which is level 0.
+fn fade_into(level: u32) -> vec2<f32> {
+    return select(fade_at(WIDEST * f32(1u << level)), vec2(-1.0), level == FROM_LIGHT);
 }
 
-fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) -> Leveled {
+// Light past the occluders of the levels, and where the map continues.
+struct Leveled {
+    passed: vec3<f32>,
+    hidden: vec3<f32>, // light before occluders of levels that no light reaches, which therefore know none
+    hidden_from: u32,  // the first of these levels, or FROM_LIGHT
+    hidden_to: u32,    // the last of them; 0 for none
+    since: vec2<f32>,  // fade into the map
+    near: f32,         // first depth of the map's occluders behind it; NEVER for none
+    touches: bool,     // filters alone touch the receiver
+    number: u32,       // of the leveled view
+    last: u32,         // its coarsest level; 0: no level is asked
+}
+
+fn through_levels(light: GpuLight, index: u32, view: GpuView, receiver: Receiver, lifted: Lifted) -> Leveled {
     let area = area_of(light);
     let leveled = area.first_leveled + index - light.first_view;
     let taps = map_taps(view, lifted.point);
-    let is_lit = taps.reaches && taps.z <= 1.0 + lifted.bias / (view.far - view.near);
-    // 0: no level is asked.
+    let is_lit = taps.reaches & (taps.z <= 1.0 + lifted.bias / (view.far - view.near));
     let last = select(0u, leveled_view(leveled).y, is_lit);
-    set_spot(
-        view,
-        light,
-        area,
-        floats_of(aside(ASIDE_POINT)).xyz,
-        floats_of(aside(ASIDE_NORMAL)).xyz,
-        lifted.bias,
-    );
-    // Loop counts are not constant, so that compilers do not unroll.
-    let four = select(0u, 4u + 4u * u32(search_rows()), last > 0u);
+    set_spot(view, area, receiver, lifted.bias);
     // Beyond the far plane nothing is lit; beside the map everything is.
-    lay_aside(ASIDE_PASSED, bits_of(vec3(select(1.0, 0.0, taps.reaches && !is_lit)), 0.0));
-    lay_aside(ASIDE_HIDDEN, vec4(0u));
-    var hidden_end = 0.0;
-    var since = vec2(-1.0); // fade of the level before
+    var passed = vec3(select(1.0, 0.0, taps.reaches & !is_lit));
+    var hidden = vec3(0.0);
+    var hidden_from = FROM_LIGHT;
+    var hidden_to = 0u;
+    var entered = FROM_LIGHT; // level into which the one before fades
     var number = last;
     var rest_next = NEVER; // next occluder in the window of the level before
     var near_cue = NEVER;  // first occluder that is left to the map, in a wide window
@@ -103,18 +100,18 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
             // wider window is believed.
             var cue = rest_next;
             let rest = min(level_of(spot_at(cue), last), number);
-            var is_known = cue != NEVER && (rest == number || rest == 0u);
-            let blocks = select(four, 0u, is_known);
+            var is_known = (cue != NEVER) & ((rest == number) | (rest == 0u));
             var above = min(select(rest, number, cue == NEVER) + 1u, last);
             rest_next = select(NEVER, cue, is_known);
             loop {
-                let next = next_occluder(level_map(view, leveled, above), blocks, since.x, 0.0, 0.0);
-                is_known = is_known || (cue != NEVER && least_open < MIN_OPEN);
-                let is_none = next == NEVER && !is_known;
-                cue = select(cue, next, next != NEVER && !is_known);
-                let found = min(level_of(spot_at(cue), last), number);
-                number = select(found, select(above - 2u, 0u, cue == NEVER), is_none);
-                if is_known || number == 0u || (number + 1u >= above && !is_none) {
+                let map = level_map(view, leveled, above);
+                let found = next_occluder(map, fade_into(entered).x, 0.0, 0.0, !is_known);
+                is_known = is_known | ((cue != NEVER) & (found.open < MIN_OPEN));
+                let is_none = (found.depth == NEVER) & !is_known;
+                cue = select(cue, found.depth, (found.depth != NEVER) & !is_known);
+                let level = min(level_of(spot_at(cue), last), number);
+                number = select(level, select(above - 2u, 0u, cue == NEVER), is_none);
+                if is_known | (number == 0u) | ((number + 1u >= above) & !is_none) {
                     break;
                 }
                 above = number + 1u;
@@ -126,46 +123,39 @@ fn through_levels(light: GpuLight, index: u32, view: GpuView, lifted: Lifted) ->
             let map = level_map(view, leveled, number);
             // Behind skipped levels, the rest of an occluder in the last fade counts as before: its spot is
             // far wider than this window.
-            since = select(since, max(since, fade_at(WIDEST * map.edge)), since.x > 0.0);
-            let to = fade_at(select(WIDEST * map.edge * 0.5, SHARP, number == 1u));
-            evaluate_level(map, min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge), since, to);
-            let known = relied_on(level_light.before);
-            let left = min(level_light.before - level_light.taken, level_light.most);
-            let divisor = max(level_light.before, vec3(MIN));
-            let behind = max(level_light.behind, vec3(0.0));
+            entered = select(number, FROM_LIGHT, entered == FROM_LIGHT);
+            let spot = min(spot_at(cue), WIDEST * (1.0 + FADE) * map.edge);
+            let widest = box_widths(box_of_level(map.edge), spot);
+            let light = light_of_level(map, widest, fade_into(entered), fade_into(number - 1u));
+            let known = relied_on(light.before);
+            let left = min(light.before - light.taken, light.most);
+            let divisor = max(light.before, vec3(MIN));
+            let behind = max(light.behind, vec3(0.0));
             let share = colored_share(max(left / divisor, vec3(0.0)), behind / divisor, behind);
-            forget_asides(number);
-            let lit = floats_of(aside(ASIDE_PASSED));
-            let shaded = aside(ASIDE_HIDDEN);
-            let hidden = floats_of(shaded).xyz;
-            let unknown = lit.xyz * (1.0 - known);
+            let unknown = passed * (1.0 - known);
             let is_hidden = any(unknown > vec3(0.0));
-            let is_first = is_hidden && all(hidden == vec3(0.0));
-            hidden_end = select(hidden_end, since.y, is_first);
-            let passed = blackened(lit.xyz * known * share);
-            lay_aside(ASIDE_PASSED, bits_of(passed, select(lit.w, since.x, is_first)));
-            let hidden_level = select(shaded.w, number, is_hidden);
-            lay_aside(ASIDE_HIDDEN, vec4(bits_of(hidden + unknown, 0.0).xyz, hidden_level));
-            rest_next = level_light.next;
-            since = to;
-            number = select(0u, number - 1u, any(passed > vec3(0.0)));
-            if number == 0u {
+            hidden_from = select(hidden_from, entered, is_hidden & (hidden_to == 0u));
+            hidden_to = select(hidden_to, number, is_hidden);
+            hidden += unknown;
+            passed = blackened(passed * known * share);
+            rest_next = light.next;
+            number -= 1u;
+            entered = number;
+            if (number == 0u) | all(passed <= vec3(0.0)) {
                 break;
             }
         }
     }
     // If levels were skipped, the rest of an occluder in the last fade has a spot far wider than the map's
     // texels: it counts as before.
-    since = select(since, max(since, vec2(fade_at(SHARP).x)), since.x > 0.0);
-    let blocks = select(four, 0u, rest_next != NEVER);
+    let start = fade_into(entered);
+    let since = select(start, max(start, vec2(fade_into(0u).x)), entered != FROM_LIGHT);
     // The map's look-up decides which filters within the bias tint an opaque receiver.
-    let beyond = select(0.0, 2.0 * lifted.bias / (view.far - view.near) * DEPTHS, is_solid);
-    let near_next = next_occluder(level_map(view, leveled, 1u), blocks, since.x, AROUND, beyond);
-    let lit = floats_of(aside(ASIDE_PASSED)).xyz;
-    let touches = near_next != NEVER && is_solid && near_next > receiver_end(spot_center, 0.0);
-    let shaded = aside(ASIDE_HIDDEN);
-    lay_aside(ASIDE_HIDDEN, vec4(shaded.xyz, select(shaded.w, shaded.w | TOUCH_BIT, touches)));
-    let is_near = any(lit > vec3(0.0)) && !touches;
+    let beyond = select(0.0, 2.0 * spot_bias, is_solid);
+    let is_asked = (last > 0u) & (rest_next == NEVER);
+    let near_next = next_occluder(level_map(view, leveled, 1u), since.x, AROUND, beyond, is_asked).depth;
+    let touches = (near_next != NEVER) & is_solid & (near_next > receiver_end(spot_center, 0.0));
+    let is_near = any(passed > vec3(0.0)) & !touches;
     let near = select(NEVER, min(min(rest_next, near_next), near_cue), is_near);
-    return Leveled(since, near, hidden_end, leveled, last);
+    return Leveled(passed, hidden, hidden_from, hidden_to, since, near, touches, leveled, last);
 }

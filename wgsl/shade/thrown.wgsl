@@ -10,10 +10,15 @@ import package::shade::shadow::window_share;
 
 // Share of a light at a point, of which its maps pass `straight`: where the point is on the opaque surface,
 // with the light that lands there, and without light that was thrown elsewhere.
-fn with_thrown(light: GpuLight, point: vec3<f32>, straight: vec3<f32>) -> vec3<f32> {
+fn with_thrown(thrown: vec4<f32>, straight: vec3<f32>) -> vec3<f32> {
+    return straight * (1.0 - thrown.w) + thrown.rgb;
+}
+
+// Share of a light that lands at a point, and the share that was thrown elsewhere.
+fn thrown_at(light: GpuLight, point: vec3<f32>) -> vec4<f32> {
     // Before the texels stands the index of each view's first texel, or 0.
     if light.view_count == 0u || caustics[light.first_view].x == 0u {
-        return straight;
+        return vec4(0.0);
     }
     var index = light.first_view;
     let whole = shadow_view(index);
@@ -36,11 +41,11 @@ fn with_thrown(light: GpuLight, point: vec3<f32>, straight: vec3<f32>) -> vec3<f
             rest *= 1.0 - share;
         }
         index += 1u;
-        if rest <= 0.0 || index > last {
+        if (rest <= 0.0) | (index > last) {
             break;
         }
     }
-    return straight * (1.0 - sum.w) + sum.rgb;
+    return sum;
 }
 
 // Light that lands around a point of a view, and the share of the straight light there that was thrown
@@ -59,7 +64,7 @@ fn landed_light(view: GpuView, first: u32, point: vec3<f32>) -> vec4<f32> {
     for (var i = 0u; i < 9u; i += 1u) {
         let aside = vec2(f32(i % 3u), f32(i / 3u)) - 1.0;
         let at = middle + aside;
-        if all(at >= vec2(0.0)) && all(at < view.size) {
+        if all(at >= vec2(0.0)) & all(at < view.size) {
             let pixel = vec2<u32>(at);
             let depth = textureLoad(opaques, view.origin + pixel, view.layer, 0).r;
             let along = view.near + depth * (view.far - view.near);

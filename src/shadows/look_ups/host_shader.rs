@@ -9,7 +9,7 @@ use crate::{
     model::Light,
     stage::{
         features::{Features, Flags},
-        levels::{IN_REGISTERS, OF_AREA, OF_POINT},
+        levels::{OF_AREA, OF_POINT},
     },
 };
 use std::sync::LazyLock;
@@ -51,7 +51,7 @@ struct Part {
 /// The look-ups for point and area lights.
 static PARTS: LazyLock<[Result<Part, KernelError>; 2]> = LazyLock::new(|| {
     [(OF_POINT, "gobo lights"), (OF_AREA, "gobo area lights")].map(|(source, label)| {
-        let choices = [source, IN_REGISTERS].map(|choice| (choice.name, choice.files[0]));
+        let choices = [(source.name, source.files[0])];
         let linked = Library::embedded()?.link("shade/light_through.wgsl", "light_at", &choices)?;
         let bindings = linked.bindings()?;
         Ok(Part { linked, bindings, label })

@@ -12,7 +12,7 @@ use gobo::{
     model::MAX_AIR_STEPS,
     stage::{
         features::{Features, Flags},
-        levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
+        levels::{OF_AREA, OF_POINT},
     },
 };
 
@@ -32,14 +32,12 @@ pub const SUM_SIZE: u32 = 8;
 pub const REACH: KernelDesc = kernel("air_reach", "shade/air_items.wgsl");
 
 /// Light that each slice of a column scatters to the eye.
-pub const SCATTER: KernelDesc = KernelDesc {
-    with: &[OF_POINT, IN_REGISTERS],
-    ..kernel("air_scatter", "shade/air_scatter.wgsl")
-};
+pub const SCATTER: KernelDesc =
+    KernelDesc { with: &[OF_POINT], ..kernel("air_scatter", "shade/air_scatter.wgsl") };
 
 /// [`SCATTER`] with area lights.
 pub const AREA_SCATTER: KernelDesc =
-    KernelDesc { name: "area_air_scatter", with: &[OF_AREA, IN_WORKGROUP], ..SCATTER };
+    KernelDesc { name: "area_air_scatter", with: &[OF_AREA], ..SCATTER };
 
 /// The kernel that scatters the light of a scene.
 pub fn scatter(features: Features) -> &'static KernelDesc {

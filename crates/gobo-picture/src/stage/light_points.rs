@@ -8,7 +8,7 @@ use gobo::{
     stage::{
         caustics::{STRAIGHT, THROWN},
         features::{Features, Flags},
-        levels::{IN_REGISTERS, IN_WORKGROUP, OF_AREA, OF_POINT},
+        levels::{OF_AREA, OF_POINT},
         light_points::{PointBatch, of_points},
     },
 };
@@ -38,32 +38,28 @@ const fn lit(name: &'static str, with: &'static [Choice]) -> KernelDesc {
 
 /// Light at the points that the picture shows.
 pub const LIGHT_POINTS: KernelDesc =
-    lit("light_points", &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, STRAIGHT, NO_BOUNCE]);
+    lit("light_points", &[RADIANCE, UNMASKED, OF_POINT, STRAIGHT, NO_BOUNCE]);
 /// [`LIGHT_POINTS`] with area lights.
 pub const AREA_LIGHT_POINTS: KernelDesc =
-    lit("area_light_points", &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, STRAIGHT, NO_BOUNCE]);
+    lit("area_light_points", &[RADIANCE, UNMASKED, OF_AREA, STRAIGHT, NO_BOUNCE]);
 /// [`LIGHT_POINTS`] with shadow masks.
 pub const MASKED_LIGHT_POINTS: KernelDesc =
-    lit("masked_light_points", &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, STRAIGHT, NO_BOUNCE]);
+    lit("masked_light_points", &[RADIANCE, MASKED, OF_POINT, STRAIGHT, NO_BOUNCE]);
 /// [`MASKED_LIGHT_POINTS`] with area lights.
-pub const AREA_MASKED_LIGHT_POINTS: KernelDesc = lit(
-    "area_masked_light_points",
-    &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, STRAIGHT, NO_BOUNCE],
-);
+pub const AREA_MASKED_LIGHT_POINTS: KernelDesc =
+    lit("area_masked_light_points", &[RADIANCE, MASKED, OF_AREA, STRAIGHT, NO_BOUNCE]);
 /// [`LIGHT_POINTS`] with light that glass throws.
 pub const THROWN_LIGHT_POINTS: KernelDesc =
-    lit("thrown_light_points", &[RADIANCE, UNMASKED, OF_POINT, IN_REGISTERS, THROWN, BOUNCED]);
+    lit("thrown_light_points", &[RADIANCE, UNMASKED, OF_POINT, THROWN, BOUNCED]);
 /// [`AREA_LIGHT_POINTS`] with light that glass throws.
 pub const THROWN_AREA_LIGHT_POINTS: KernelDesc =
-    lit("thrown_area_light_points", &[RADIANCE, UNMASKED, OF_AREA, IN_WORKGROUP, THROWN, BOUNCED]);
+    lit("thrown_area_light_points", &[RADIANCE, UNMASKED, OF_AREA, THROWN, BOUNCED]);
 /// [`MASKED_LIGHT_POINTS`] with light that glass throws.
 pub const THROWN_MASKED_LIGHT_POINTS: KernelDesc =
-    lit("thrown_masked_light_points", &[RADIANCE, MASKED, OF_POINT, IN_REGISTERS, THROWN, BOUNCED]);
+    lit("thrown_masked_light_points", &[RADIANCE, MASKED, OF_POINT, THROWN, BOUNCED]);
 /// [`AREA_MASKED_LIGHT_POINTS`] with light that glass throws.
-pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc = lit(
-    "thrown_area_masked_light_points",
-    &[RADIANCE, MASKED, OF_AREA, IN_WORKGROUP, THROWN, BOUNCED],
-);
+pub const THROWN_AREA_MASKED_LIGHT_POINTS: KernelDesc =
+    lit("thrown_area_masked_light_points", &[RADIANCE, MASKED, OF_AREA, THROWN, BOUNCED]);
 
 /// The kernel that evaluates the light of a picture's points.
 pub fn light_points(features: Features) -> &'static KernelDesc {

@@ -19,7 +19,7 @@ const POINT_LEAF: u32 = 7u;     // scatters light from its face's side, and othe
 
 // Whether a point is on a surface.
 fn is_faced(kind: u32) -> bool {
-    return kind == POINT_SOLID || kind == POINT_PANE || kind == POINT_COVER || kind == POINT_LEAF;
+    return (kind == POINT_SOLID) | (kind == POINT_PANE) | (kind == POINT_COVER) | (kind == POINT_LEAF);
 }
 
 // A clear coat over a surface.
@@ -124,7 +124,7 @@ fn load_point(index: u32) -> Point {
     }
     var coat = NO_COAT;
     var reflectivity = shine.y;
-    if HAS_COATS && kind == POINT_SOLID && shine.y > 0.0 {
+    if HAS_COATS && ((kind == POINT_SOLID) & (shine.y > 0.0)) {
         let rest = unpack2x16unorm(look.y);
         albedo = vec3(unpack2x16unorm(look.x), rest.x);
         coat = Coat(rest.y, shine.y, from_octahedral(look.z));

@@ -12,11 +12,9 @@ import package::shade::air::{air_shift, sample_offset};
 import package::shade::air_items::{
     AIR_BLOCK, AIR_RUN, ITEM_COUNT, ITEM_HEAD, MAX_AIR_RUNS, air_size, block_column, item_rows,
 };
-import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::incoming::incoming;
 import package::shade::shading::phase;
-import package::shade::shadow::shadow;
-import choice::aside::{aside, lay_aside, open_asides};
+import package::shade::shadow::{UNSHADED, past_view, receiver_of};
 
 // Angle at a lamp between two samples [radians]: half a degree.
 const SAMPLE_ANGLE: f32 = 0.0087266;
@@ -26,13 +24,6 @@ const MAX_AIR_SAMPLES: u32 = 16u;
 const MAX_LIT_SAMPLES: u32 = 256u;
 // Distance from a lamp below which its light does not rise [m]: that of `incoming`.
 const NEAREST: f32 = 0.01;
-// Laid aside: the slice, the light of a sample with its share, the sum of its samples, and that of all
-// lights.
-const ASIDE_SLICE: u32 = ASIDE_LOCAL;
-const ASIDE_ARRIVING: u32 = ASIDE_LOCAL + 1u;
-const ASIDE_RADIANCE: u32 = ASIDE_LOCAL + 2u;
-const ASIDE_ALL: u32 = ASIDE_LOCAL + 3u;
-const LOCAL_ASIDES: u32 = 4u;
 // Instead of 0 in a divisor.
 const TINY: f32 = 1e-20;
 
@@ -57,7 +48,7 @@ fn in_cone(light: GpuLight, origin: vec3<f32>, direction: vec3<f32>, ends: vec2<
     // A ray across the cone is inside between the roots, if they are not those of the mirrored cone. A ray
     // along it leaves one of the two cones by one root, and enters the other by the other.
     let is_across = a < 0.0;
-    let is_missed = is_across && (inner < 0.0 || start - along * b / a < 0.0);
+    let is_missed = is_across & ((inner < 0.0) | (start - along * b / a < 0.0));
     let lit = vec2(
         select(max(ends.x, low), select(ends.x, max(ends.x, high), along > 0.0), !is_across),
         select(min(ends.y, high), select(min(ends.y, low), ends.y, along > 0.0), !is_across),
@@ -112,7 +103,7 @@ fn stretch_of(light: GpuLight, column: Column) -> Stretch {
     let angle = select(0.0, atan2(apart * (high - low), apart * apart + low * high), is_local);
     let most = clamp(MAX_LIT_SAMPLES / picture_params.light_count, air_params.samples, MAX_AIR_SAMPLES);
     let wanted = clamp(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), air_params.samples, most);
-    let is_lit = high > low && (light.traits & SHAFTS_BIT) != 0u;
+    let is_lit = (high > low) & ((light.traits & SHAFTS_BIT) != 0u);
     return Stretch(metres, nearest, low, high, apart, angle, select(0u, wanted, is_lit));
 }
 
@@ -134,44 +125,6 @@ fn sample_of(light: GpuLight, column: Column, stretch: Stretch, i: u32) -> vec2<
     return vec2(at, share);
 }
 
-// Mean radiance that the air of a slice scatters back along the ray from a light, per unit of scattering
-// optical depth. Values that samples need are read anew for each.
-fn scattered(slice: vec3<u32>, number: u32) -> vec3<f32> {
-    let count = stretch_of(light_record(number), column_of(slice)).count;
-    lay_aside(ASIDE_SLICE, vec4(slice.x | (slice.y << 16u), slice.z, number, 0u));
-    lay_aside(ASIDE_RADIANCE, bits_of(vec3(0.0), bitcast<f32>(count)));
-    if count > 0u {
-        loop {
-            let kept = aside(ASIDE_SLICE);
-            let column = column_of(slice_of(kept));
-            let light = light_record(kept.z);
-            let stretch = stretch_of(light, column);
-            let along = sample_of(light, column, stretch, kept.w);
-            let point = eye_position() + column.ray * (along.x - stretch.nearest);
-            let arriving = incoming(light, point);
-            if any(arriving.color > vec3(0.0)) {
-                let share = along.y * phase(dot(arriving.toward, column.ray), air_params.anisotropy);
-                lay_aside(ASIDE_ARRIVING, bits_of(arriving.color, share));
-                let passed = shadow(light, kept.z, point, vec3(0.0), arriving.toward, 0.0);
-                let whole = floats_of(aside(ASIDE_ARRIVING));
-                let before = aside(ASIDE_RADIANCE);
-                let sum = floats_of(before).xyz + whole.xyz * passed * whole.w;
-                lay_aside(ASIDE_RADIANCE, vec4(bits_of(sum, 0.0).xyz, before.w));
-            }
-            let after = aside(ASIDE_SLICE);
-            lay_aside(ASIDE_SLICE, after + vec4(0u, 0u, 0u, 1u));
-            if after.w + 1u >= aside(ASIDE_RADIANCE).w {
-                break;
-            }
-        }
-    }
-    return floats_of(aside(ASIDE_RADIANCE)).xyz;
-}
-
-fn slice_of(kept: vec4<u32>) -> vec3<u32> {
-    return vec3(kept.x & 0xffffu, kept.x >> 16u, kept.y);
-}
-
 @compute @workgroup_size(AIR_BLOCK * AIR_BLOCK * AIR_RUN)
 fn air_scatter(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -189,18 +142,54 @@ fn air_scatter(
         return;
     }
     let ends = air_ends[id.y * size.x + id.x];
-    if id.z < (ends >> 16u) || id.z >= (ends & 0xffffu) {
+    if (id.z < (ends >> 16u)) | (id.z >= (ends & 0xffffu)) {
         return;
     }
-    open_asides(lane);
-    var slice = id;
-    lay_aside(ASIDE_ALL, bits_of(air_params.ambient, 0.0));
     // The loop's end depends on more than the uniform, for whose value llvmpipe would recompile the kernel.
     let count = min(picture_params.light_count, textureDimensions(lights).x);
-    for (var i = 0u; i < count; i = aside(ASIDE_SLICE).z + 1u) {
-        let stretch = scattered(slice, i);
-        lay_aside(ASIDE_ALL, bits_of(floats_of(aside(ASIDE_ALL)).xyz + stretch, 0.0));
-        slice = slice_of(aside(ASIDE_SLICE));
+    textureStore(sources, id.xy, id.z, vec4(scattered(id, count), 1.0));
+}
+
+// Radiance that the air of a slice sends along the ray to the eye, per unit of scattering optical depth: of
+// its surroundings and, as means over samples, of the first `count` lights. A turn reads one view for a
+// sample, and evaluates the sample for it: an area light leaves no registers to keep it.
+fn scattered(slice: vec3<u32>, count: u32) -> vec3<f32> {
+    var all = air_params.ambient;
+    var of_light = vec3(0.0);
+    var passed = UNSHADED;
+    var number = 0u; // of the light
+    var i = 0u;      // of its sample
+    if count > 0u {
+        loop {
+            let column = column_of(slice);
+            let light = light_record(number);
+            let stretch = stretch_of(light, column);
+            let along = sample_of(light, column, stretch, i);
+            let point = eye_position() + column.ray * (along.x - stretch.nearest);
+            let arriving = incoming(light, point);
+            let share = along.y * phase(dot(arriving.toward, column.ray), air_params.anisotropy);
+            let is_lit = (i < stretch.count) & any(arriving.color > vec3(0.0));
+            let is_last = i + 1u >= stretch.count;
+            passed.is_all = true;
+            if is_lit & (light.view_count > 0u) {
+                let receiver = receiver_of(light, point, vec3(0.0), arriving.toward, 0.0);
+                passed = past_view(passed, light, receiver);
+            }
+            if passed.is_all {
+                of_light += select(vec3(0.0), arriving.color * passed.light * share, is_lit);
+                passed = UNSHADED;
+                i += 1u;
+                if is_last {
+                    all += of_light;
+                    of_light = vec3(0.0);
+                    i = 0u;
+                    number += 1u;
+                    if number >= count {
+                        break;
+                    }
+                }
+            }
+        }
     }
-    textureStore(sources, slice.xy, slice.z, vec4(floats_of(aside(ASIDE_ALL)).xyz, 1.0));
+    return all;
 }

@@ -38,7 +38,7 @@ fn own_passed(id: u32, light: GpuLight, position: vec3<f32>, toward: vec3<f32>) 
     let own = own_way(brick, grid, light, position, toward);
     let is_even = brick.density >= 0.0;
     var depth = select(0.0, brick.density * own.end, is_even);
-    let end = select(own.end, 0.0, is_even || id == 0u);
+    let end = select(own.end, 0.0, is_even | (id == 0u));
     var cell = first_cell(own.ray, brick.low, 0.0);
     var t = 0.0;
     for (var i = 0u; i < CELLS && t < end; i += 1u) {

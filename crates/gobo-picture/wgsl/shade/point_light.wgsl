@@ -4,13 +4,12 @@
 import package::bind::picture_out::lit;
 import package::bind::uniform::{picture_params, point_batch};
 import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_COATS, HAS_FAR_SIDES, HAS_SHADOWS};
-import package::records::light::{cluster_list, light_record, listed_index};
+import package::records::light::{GpuLight, cluster_list, light_record, listed_index};
 import package::records::point::{
     POINT_BRICK, POINT_LEAF, POINT_NONE, POINT_SOLID, POINT_STRAND, Point, is_faced, load_point,
 };
 import package::records::point_list::{is_listed, point_at, point_count};
 import package::records::record::record_texel;
-import package::shade::asides::{ASIDE_LOCAL, bits_of, floats_of};
 import package::shade::coat::{coat_mirrored, coat_shine, past_coat};
 import package::shade::incoming::incoming;
 import package::shade::own_shadow::{outside, own_passed};
@@ -20,124 +19,146 @@ import package::shade::shading::{
     Gloss, HEAD_ON, PER_PI, highlight, irradiance, mirrored, mirrored_sky, phase_of_orders,
     strand_scattered,
 };
-import package::shade::shadow::shadow;
+import package::shade::lifted::Receiver;
+import package::shade::shadow::{UNSHADED, past_view, receiver_of};
 import package::shade::surface::eye;
 import package::shade::taps::set_turn;
-import choice::aside::{aside, lay_aside};
 import choice::mask::masked;
 import choice::bounced::with_bounced;
-import choice::thrown::with_thrown;
+import choice::thrown::{thrown_at, with_thrown};
 
-// Sums of the lights, laid aside; the second also holds the point's index.
-const ASIDE_DIFFUSE: u32 = ASIDE_LOCAL;
-const ASIDE_SHINE: u32 = ASIDE_LOCAL + 1u;
+// Direction to the eye; 0 where the eye is in the middle of a strand or on a point of a voxel.
+fn toward_eye(position: vec3<f32>) -> vec3<f32> {
+    let off = eye() - position;
+    return off / max(length(off), 1e-30);
+}
 
 // Ambient light that a point of albedo 1 scatters to the eye: on an opaque surface, only light that it does
 // not mirror. Where the surroundings are two colours, only metal mirrors them; the rest is scattered.
 fn ambient(point: Point) -> vec3<f32> {
     let light = select(picture_params.ambient, irradiance(point.normal), is_faced(point.kind));
-    let cosine = dot(point.normal, normalize(eye() - point.position));
+    let cosine = dot(point.normal, toward_eye(point.position));
     let mirror = mirrored_sky(Gloss(point.reflectivity, point.polish), cosine, point.roughness);
-    let mirrors = (point.kind == POINT_SOLID || point.kind == POINT_LEAF)
-        && picture_params.environment_size > 0u;
+    let mirrors = ((point.kind == POINT_SOLID) | (point.kind == POINT_LEAF))
+        & (picture_params.environment_size > 0u);
     return light * select(1.0, 1.0 - mirror, mirrors);
 }
 
-// Light of the point `number`. Values needed after a look-up are laid aside or read anew.
+// Shares of the light from one direction that a point sends to the eye.
+struct Sends {
+    once: f32,       // scattered, per albedo
+    lobe: vec3<f32>, // mirrored
+    far: f32,        // of POINT_LEAF: scattered from its far side, per share
+    coat: vec2<f32>, // mirrored by its coat, and the coat's share of all mirrored light
+}
+
+fn sends_on(point: Point, toward: vec3<f32>) -> Sends {
+    let cosine = dot(point.normal, toward);
+    let to_eye = toward_eye(point.position);
+    var once = scattered(point, cosine);
+    if HAS_CAPSULES {
+        let strand = strand_scattered(point.normal, toward, to_eye, point.roughness);
+        once = select(once, strand, point.kind == POINT_STRAND);
+    }
+    let gloss = Gloss(point.reflectivity, point.polish);
+    let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
+    let middle = normalize(toward + to_eye);
+    let lobe = highlight(point.normal, middle, point.roughness)
+        * mirrored(gloss, dot(to_eye, middle), head_on);
+    let shines = is_faced(point.kind) & (cosine > 0.0);
+    let far = max(-cosine, 0.0) * PER_PI;
+    var coat = vec2(0.0);
+    if HAS_COATS {
+        coat = vec2(coat_shine(point.coat, toward, middle), coat_mirrored(point.coat, to_eye));
+    }
+    return Sends(once, select(vec3(0.0), cosine * lobe, shines), far, coat);
+}
+
+// Receiver of a light at a point, for its maps.
+fn receiver_at(point: Point, light: GpuLight, toward: vec3<f32>) -> Receiver {
+    // Normal on the light's side. A facet turned away from the light whose interpolated normal is not is part
+    // of a round surface.
+    let is_solid = point.kind == POINT_SOLID;
+    let side = dot(point.face, toward);
+    let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
+    if HAS_BRICKS && point.brick > 0u {
+        // No surface is there for a bias to help.
+        return receiver_of(light, outside(point.brick, light, point.position, toward), face, toward, -1.0);
+    }
+    return receiver_of(light, point.position, face, toward, point.reach);
+}
+
+// Light of the point `number`. A turn reads one view of a light, and reads the point and the light for it: an
+// area light leaves no registers to keep them.
 fn point_light(number: u32) -> vec3<f32> {
-    let first = load_point(number);
-    let list = cluster_list(first.cluster);
-    let count = select(list.count, 0u, first.kind == POINT_NONE);
-    set_turn(first.pixel);
-    set_receiver(first.receives, first.tag, first.kind == POINT_SOLID);
-    set_leaf(first.kind == POINT_LEAF);
-    lay_aside(ASIDE_DIFFUSE, bits_of(with_bounced(first, ambient(first)), 0.0));
-    lay_aside(ASIDE_SHINE, vec4(vec3(0u), number));
+    // Sums of the lights.
+    var diffuse = vec3(0.0);
+    var shine = vec3(0.0);
+    var passed = UNSHADED;
     var i = 0u;
-    // Loops over lights and views test at their end: llvmpipe executes a body once more where the test comes
-    // first.
-    if count > 0u {
-        loop {
-            let index = listed_index(list, i);
-            let point = load_point(aside(ASIDE_SHINE).w);
-            let is_solid = point.kind == POINT_SOLID;
-            var light = light_record(index);
-            let arriving = incoming(light, point.position);
-            let is_behind = is_solid && dot(point.normal, arriving.toward) <= 0.0;
-            if !is_behind && any(arriving.color > vec3(0.0)) {
-                // Normal on the light's side. A facet turned away from the light whose interpolated normal is
-                // not is part of a round surface.
-                let side = dot(point.face, arriving.toward);
-                let face = select(select(-point.face, point.normal, is_solid), point.face, side > 0.0);
-                // A light without views reads no map.
-                light.view_count = select(light.view_count, 0u, masked(index, point).is_masked);
-                var through = vec3(1.0);
-                if HAS_SHADOWS {
-                    var origin = point.position;
-                    var reach = point.reach;
-                    if HAS_BRICKS && point.brick > 0u && light.view_count > 0u {
-                        origin = outside(point.brick, light, origin, arriving.toward);
-                        // No surface is there for a bias to help.
-                        reach = -1.0;
-                    }
-                    through = shadow(light, index, origin, face, arriving.toward, reach);
-                    through = with_thrown(light, load_point(aside(ASIDE_SHINE).w).position, through);
+    // Tests at its end: llvmpipe executes a body once more where the test comes first.
+    loop {
+        let point = load_point(number);
+        let list = cluster_list(point.cluster);
+        let count = select(list.count, 0u, point.kind == POINT_NONE);
+        if (i == 0u) & (passed.next == 0u) {
+            diffuse = with_bounced(point, ambient(point));
+        }
+        let is_solid = point.kind == POINT_SOLID;
+        let index = listed_index(list, min(i, max(count, 1u) - 1u));
+        let light = light_record(index);
+        let arriving = incoming(light, point.position);
+        let is_behind = is_solid & (dot(point.normal, arriving.toward) <= 0.0);
+        let is_lit = (i < count) & !is_behind & any(arriving.color > vec3(0.0));
+        let is_last = i + 1u >= count;
+        let sends = sends_on(point, arriving.toward);
+        let mask = masked(index, point);
+        var own = vec3(1.0);
+        if HAS_BRICKS {
+            let brick = select(0u, point.brick, HAS_SHADOWS && light.view_count > 0u);
+            own = own_passed(brick, light, point.position, arriving.toward);
+        }
+        var through = mask.share;
+        passed.is_all = true;
+        if HAS_SHADOWS && (is_lit & (light.view_count > 0u) & !mask.is_masked) {
+            set_turn(point.pixel);
+            set_receiver(point.receives, point.tag, is_solid);
+            set_leaf(point.kind == POINT_LEAF);
+            let thrown = thrown_at(light, point.position);
+            passed = past_view(passed, light, receiver_at(point, light, arriving.toward));
+            through = with_thrown(thrown, passed.light);
+        }
+        if passed.is_all {
+            if is_lit {
+                let lit = arriving.color * through;
+                var once = lit * sends.once;
+                if HAS_BRICKS {
+                    let to_eye = toward_eye(point.position);
+                    let ahead = dot(arriving.toward, -to_eye);
+                    let within = through * own;
+                    let often = phase_of_orders(within, ahead, 2.0 * point.roughness - 1.0, point.albedo);
+                    once = arriving.color * select(within * sends.once, often, point.kind == POINT_BRICK);
                 }
-                add_light(listed_index(list, i), through);
+                diffuse += once;
+                var mirrored = lit * sends.lobe;
+                if HAS_FAR_SIDES {
+                    mirrored += point.far * lit * sends.far;
+                }
+                if HAS_COATS {
+                    mirrored = mix(mirrored, lit * sends.coat.x, sends.coat.y);
+                }
+                shine += mirrored;
             }
+            passed = UNSHADED;
             i += 1u;
-            if i >= count {
+            if is_last {
                 break;
             }
         }
     }
-    let point = load_point(aside(ASIDE_SHINE).w);
-    let diffuse = floats_of(aside(ASIDE_DIFFUSE)).xyz;
-    let shine = floats_of(aside(ASIDE_SHINE)).xyz;
-    let past = past_coat(point, normalize(eye() - point.position));
+    let point = load_point(number);
+    let past = past_coat(point, toward_eye(point.position));
     return point.emission + past * point.albedo * (1.0 - point.metallic) * diffuse + shine;
-}
-
-// Adds a light, of which the maps pass the share `by_maps`, to the sums laid aside.
-fn add_light(index: u32, by_maps: vec3<f32>) {
-    let shine = aside(ASIDE_SHINE);
-    let point = load_point(shine.w);
-    let arriving = incoming(light_record(index), point.position);
-    let cosine = dot(point.normal, arriving.toward);
-    var through = masked(index, point).share * by_maps;
-    let passed = arriving.color * through;
-    let ahead_of_eye = eye() - point.position; // 0 from the middle of a strand or a voxel
-    let to_eye = ahead_of_eye / max(length(ahead_of_eye), 1e-30);
-    var once = scattered(point, cosine);
-    if HAS_CAPSULES {
-        let strand = strand_scattered(point.normal, arriving.toward, to_eye, point.roughness);
-        once = select(once, strand, point.kind == POINT_STRAND);
-    }
-    var diffuse = passed * once;
-    if HAS_BRICKS {
-        let light = light_record(index);
-        let brick = select(0u, point.brick, HAS_SHADOWS && light.view_count > 0u);
-        through *= own_passed(brick, light, point.position, arriving.toward);
-        let ahead = dot(arriving.toward, -to_eye);
-        let often = phase_of_orders(through, ahead, 2.0 * point.roughness - 1.0, point.albedo);
-        diffuse = arriving.color * select(through * once, often, point.kind == POINT_BRICK);
-    }
-    lay_aside(ASIDE_DIFFUSE, bits_of(floats_of(aside(ASIDE_DIFFUSE)).xyz + diffuse, 0.0));
-    let gloss = Gloss(point.reflectivity, point.polish);
-    let head_on = mix(vec3(HEAD_ON), point.albedo, point.metallic);
-    let middle = normalize(arriving.toward + to_eye);
-    let lobe = highlight(point.normal, middle, point.roughness)
-        * mirrored(gloss, dot(to_eye, middle), head_on);
-    let shines = is_faced(point.kind) && cosine > 0.0;
-    var added = select(vec3(0.0), passed * (cosine * lobe), shines);
-    if HAS_FAR_SIDES {
-        added += point.far * passed * (max(-cosine, 0.0) * PER_PI);
-    }
-    if HAS_COATS {
-        let coat = passed * coat_shine(point.coat, arriving.toward, middle);
-        added = mix(added, coat, coat_mirrored(point.coat, to_eye));
-    }
-    lay_aside(ASIDE_SHINE, vec4(bits_of(floats_of(shine).xyz + added, 0.0).xyz, shine.w));
 }
 
 // Answer of `light_points` in the picture: the light that a point sends to the eye.
