@@ -19,7 +19,7 @@ const ALONG: f64 = 1e-8;
 pub(crate) struct Met {
     pub(crate) color: Vec4,
     pub(crate) way: Option<Way>,
-    /// Whether the ray is in the plane of an end or on the surface, or the strand is as wide as a texel, up to
+    /// Whether the ray is in the plane of an end or on the surface, or the strand as wide as a texel, up to
     /// rounding.
     pub(crate) is_tied: bool,
 }
@@ -141,7 +141,7 @@ pub(crate) fn meet(
             return Met { color, way: None, is_tied: false };
         }
         let true_cone = Cone { radii: [v[i].radius.into(), v[i + 1].radius.into()], first, ..cone };
-        let (mut clip, mut is_tied) = (ends, as_wide);
+        let (mut clip, mut is_tied) = (ends, false);
         for (normal, point, sign) in [(plane(i, own), first, 1.0), (plane(i + 1, own), last, -1.0)]
         {
             let (inside, change) = ((start - point).dot(normal) * sign, way.dot(normal) * sign);
@@ -156,7 +156,7 @@ pub(crate) fn meet(
             }
         }
         match through(&cone, &true_cone, start, way, clip) {
-            Ok(way) => Met { color, way, is_tied },
+            Ok(way) => Met { color, way, is_tied: is_tied || (as_wide && way.is_some()) },
             Err(OnSurface) => Met { color, way: None, is_tied: true },
         }
     };
@@ -188,10 +188,10 @@ fn through(
     }
     let deepest = 0.5 * (low + high);
     let miss = depth(deepest);
-    if miss.abs() < ON_SURFACE {
+    if clip[0] < clip[1] && depth(deepest.clamp(clip[0], clip[1])).abs() < ON_SURFACE {
         return Err(OnSurface);
     }
-    if miss < 0.0 {
+    if miss < ON_SURFACE {
         return Ok(None);
     }
     let crossing = |outside: f64| {
