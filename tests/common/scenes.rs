@@ -5,6 +5,7 @@ use gobo::{
         Camera, Light, LightKind, Material, Particle, Projection, Receiver, ShadowSettings,
         Transfer, Triangle, View, ViewRole,
     },
+    records::GpuView,
 };
 use gobo_scene::Scene;
 
@@ -45,6 +46,28 @@ impl Chance {
             items.swap(i, self.below(i + 1));
         }
     }
+}
+
+/// A view of `size` squared texels from the origin along -z, whose view space is world space: orthographic, of
+/// `scale` texels per metre, or a perspective one of 90 degrees.
+pub(crate) fn view_from_origin(
+    projection: Projection,
+    size: u32,
+    [near, far]: [f32; 2],
+    scale: f32,
+) -> GpuView {
+    let view = View {
+        role: ViewRole::Whole,
+        light: Some(0),
+        name: "0",
+        projection,
+        size: UVec2::splat(size),
+        near,
+        far,
+        view_from_world: Mat4::IDENTITY,
+        scale: if projection == Projection::Orthographic { scale } else { 0.5 * size as f32 },
+    };
+    view.to_gpu(0, UVec2::ZERO, 0)
 }
 
 /// Settings with which receivers read nearest depths.

@@ -201,8 +201,7 @@ fn strands_at_round_places() {
     }
 }
 
-/// Views, of 3,200, with a ray that 32 and 64 bits decide differently: a lamp in the surface, a cone as steep
-/// as its rays.
+/// Views, of 3,200, in which a texel differs from the truth: in three by at most 0.011, by a lamp in a strand.
 const TIES: usize = 5;
 
 /// The CPU reference alone. Many rays of lamps in a strand's surface or axis are undecided, and along a

@@ -1,12 +1,16 @@
 //! Blocks of texels that subgroups cull casters for: none with a texel that meets a caster is passed by,
 //! whatever its shape, and few others are visited. Strands: `tests/stages/strand_blocks.rs`.
 use super::strand_blocks::SHAPES;
-use crate::common::{TIERS, gpu, scenes::Chance, wgsl_files};
+use crate::common::{
+    TIERS, gpu,
+    scenes::{Chance, view_from_origin},
+    wgsl_files,
+};
 use gobo::{
     Material, Shape,
-    glam::{Mat4, Quat, UVec2, Vec2, Vec3, Vec4},
+    glam::{Quat, UVec2, Vec2, Vec3, Vec4},
     gpu::Library,
-    model::{Gaussian, Projection, View, ViewRole},
+    model::{Gaussian, Projection},
     records::{CasterRecord, GaussianAxes, GpuMaterial, GpuView},
     wgpu::{self, BufferUsages},
 };
@@ -177,20 +181,9 @@ fn found(
     gpu.read(&found)
 }
 
-/// A view from the origin along -z, in which view space is world space; as `test_view`.
+/// As `test_view`.
 fn view(projection: Projection) -> GpuView {
-    let view = View {
-        role: ViewRole::Whole,
-        light: Some(0),
-        name: "0",
-        projection,
-        size: UVec2::splat(SIZE),
-        near: 0.1,
-        far: 20.0,
-        view_from_world: Mat4::IDENTITY,
-        scale: if projection == Projection::Orthographic { 10.0 } else { 64.0 },
-    };
-    view.to_gpu(0, UVec2::ZERO, 0)
+    view_from_origin(projection, SIZE, [0.1, 20.0], 10.0)
 }
 
 /// A block of a random shape, on its grid, within `reach` texels of `center`.

@@ -1,11 +1,11 @@
 //! Tiles of Gaussians: no tile with a covered texel is missed, and few others are listed.
 use crate::common::{
     gaussian_truth::{Seen, meet},
-    scenes::Chance,
+    scenes::{Chance, view_from_origin},
 };
 use gobo::{
-    glam::{DMat3, DVec2, DVec3, Mat4, Quat, UVec2, Vec2, Vec3},
-    model::{Gaussian, Material, Projection, Shape, TILE_SIZE, View, ViewRole},
+    glam::{DMat3, DVec2, DVec3, Quat, Vec2, Vec3},
+    model::{Gaussian, Material, Projection, Shape, TILE_SIZE},
     records::{CasterRecord, GaussianAxes, GpuMaterial, GpuView},
 };
 use gobo_reference::{gaussian::project_gaussian, project::ProjectParams};
@@ -17,21 +17,8 @@ const ROUNDING: f64 = 2e-3;
 /// Gaussians per projection.
 const COUNT: u32 = 50_000;
 
-/// A view whose view space is world space.
 fn view(projection: Projection) -> GpuView {
-    let (near, far) = (0.1, 20.0);
-    let view = View {
-        role: ViewRole::Whole,
-        light: Some(0),
-        name: "0",
-        projection,
-        size: UVec2::splat(SIZE),
-        near,
-        far,
-        view_from_world: Mat4::IDENTITY,
-        scale: if projection == Projection::Orthographic { 85.0 } else { 512.0 },
-    };
-    view.to_gpu(0, UVec2::ZERO, 0)
+    view_from_origin(projection, SIZE, [0.1, 20.0], 85.0)
 }
 
 /// Their longest deviations are from less than a texel to a third of the map, up to 100 times the shortest.

@@ -1,9 +1,9 @@
 //! Blocks of texels that subgroups cull strands for: whatever a block's shape and a device's rounding, none
 //! with a texel that meets a strand is passed by.
-use crate::common::scenes::Chance;
+use crate::common::scenes::{Chance, view_from_origin};
 use gobo::{
-    glam::{Mat4, UVec2, Vec2, Vec4},
-    model::{Material, Projection, Shape, Strand, StrandVertex, Transfer, View, ViewRole},
+    glam::{UVec2, Vec2, Vec4},
+    model::{Material, Projection, Shape, Strand, StrandVertex, Transfer},
     records::{Capsules, CasterRecord, Footprint, GpuMaterial, GpuView},
 };
 use gobo_reference::{
@@ -18,20 +18,8 @@ pub(super) const SHAPES: [[u32; 2]; 8] =
 /// Largest rounding of a projected length, as a share of it: some units in the last place.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
-/// A view from the origin along -z, in which view space is world space.
 fn view(projection: Projection, near: f32) -> GpuView {
-    let view = View {
-        role: ViewRole::Whole,
-        light: Some(0),
-        name: "0",
-        projection,
-        size: UVec2::splat(SIZE),
-        near,
-        far: 10.0,
-        view_from_world: Mat4::IDENTITY,
-        scale: if projection == Projection::Orthographic { 8.0 } else { 32.0 },
-    };
-    view.to_gpu(0, UVec2::ZERO, 0)
+    view_from_origin(projection, SIZE, [near, 10.0], 8.0)
 }
 
 /// A strand of three vertices around the light or before it, straight to sharply bent.
