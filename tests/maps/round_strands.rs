@@ -201,7 +201,7 @@ fn strands_at_round_places() {
     }
 }
 
-/// Views, of 3,200, in which a texel differs from the truth: in three by at most 0.011, by a lamp in a strand.
+/// Views, of 3,200, in which a texel differs from the truth, in three of them by at most 0.011.
 const TIES: usize = 5;
 
 /// The CPU reference alone. Many rays of lamps in a strand's surface or axis are undecided, and along a
