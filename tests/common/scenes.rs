@@ -48,8 +48,8 @@ impl Chance {
     }
 }
 
-/// A view of `size` squared texels from the origin along -z, whose view space is world space: orthographic, of
-/// `scale` texels per metre, or a perspective one of 90 degrees.
+/// A view of `size` squared texels from the origin along -z, whose view space is world space: orthographic,
+/// of `scale` texels per metre, or a perspective one of 90 degrees.
 pub(crate) fn view_from_origin(
     projection: Projection,
     size: u32,
