@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check first-minute bevy fuzz soak doc deny \
+.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check semver first-minute bevy fuzz soak doc deny \
 	bench profile results native tables quality man python test-python setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -156,6 +156,13 @@ first-minute:
 # What the registries would get, and dry runs: docs/release.md. Publishes nothing.
 release-check:
 	sh tools/release_check.sh
+
+# Changes of the crates' interfaces since a version that its number does not allow: BASE=v0.3.0, by default the last tag.
+BASE ?= $(shell git describe --tags --abbrev=0 --match 'v*' 2>/dev/null)
+semver:
+	@[ -n "$(BASE)" ] || { echo "semver: there is no tag yet: name a commit, BASE=.." >&2; exit 1; }
+	@command -v cargo-semver-checks >/dev/null || cargo install --debug --locked --quiet cargo-semver-checks
+	cargo semver-checks --baseline-rev $(BASE) -p gobo -p gobo-reference -p gobo-scene -p gobo-picture -p gobo-cli
 
 # Licences, sources and, as far as they can be read, advisories of what each workspace depends on: deny.toml.
 deny:
