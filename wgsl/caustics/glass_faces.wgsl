@@ -1,7 +1,7 @@
 // caustics, faces: the nearest face of glass in each texel of a view's map by which light enters a body, and
 // the nearest by which it leaves one; or the nearest solid face of either side. First their depths, then the
-// indices of the faces with these depths. One invocation per small face; the lanes of one or several workgroups
-// take turns with the texels of a large one. CPU reference: crates/gobo-reference/src/caustics.rs. Rust: src/stage/caustics.rs.
+// indices of the faces with these depths. One invocation per small face; the lanes of one or several
+// workgroups take turns with the texels of a large one. CPU reference: crates/gobo-reference/src/caustics.rs.
 
 import package::bind::changed::{glass_depths, glass_owners};
 import package::bind::sampled::opaques;
@@ -17,12 +17,14 @@ override FINDS_OWNERS: bool;
 // Faces are solid: the map of opaque depths, which they may be in, does not hide them.
 override ARE_SOLID: bool;
 
+// Workgroup size.
+const FACE_LANES: u32 = 64u;
 // Most texels of a face that one lane searches.
 const MOST_ALONE: u32 = 32u;
 
 // Faces with more texels.
 var<workgroup> large_count: atomic<u32>;
-var<workgroup> large: array<u32, 64>;
+var<workgroup> large: array<u32, FACE_LANES>;
 
 // Distance in front of a lamp from which faces have a place in its map [m].
 const AHEAD: f32 = 0.0001;

@@ -22,12 +22,14 @@ const MAX_FOOTPRINT: f32 = 64.0;
 // Edge of a footprint where the neighbouring ray lands nowhere, [texels].
 const USUAL_FOOTPRINT: f32 = 8.0;
 
+// Workgroup size.
+const TEXEL_LANES: u32 = 64u;
 // Points of a row: most rays along the edge of a texel, and the one after them.
 const KEPT_POINTS: u32 = 9u;
 
 // Landing places of the row above, of each lane [texels], and their views, or 0 for nowhere, plus 1.
-var<workgroup> kept_places: array<vec2<f32>, 576>;
-var<workgroup> kept_views: array<u32, 576>;
+var<workgroup> kept_places: array<vec2<f32>, TEXEL_LANES * KEPT_POINTS>;
+var<workgroup> kept_views: array<u32, TEXEL_LANES * KEPT_POINTS>;
 
 // Adds to a texel; a sum past 32 bits carries, so that the result does not depend on the order. `rest`: what
 // rounding left of the light before; returns what it leaves now.

@@ -33,8 +33,8 @@ fn layers(item: &LazItem) -> usize {
     }
 }
 
-/// Refuses a chunk that is shorter than its layers: the decoder allocates all of them. Behind its first record
-/// of `size` bytes stand the number of records and the sizes of the layers.
+/// Refuses a chunk that is shorter than its layers: the decoder allocates all of them. Behind its first
+/// record of `size` bytes stand the number of records and the sizes of the layers.
 pub(super) fn check_layers(
     chunk: &[u8],
     items: &[LazItem],
