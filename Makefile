@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check semver first-minute bevy fuzz soak doc deny \
+.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check semver first-minute bevy fuzz soak doc deny foreign \
 	bench profile results native tables quality man python test-python setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -140,6 +140,10 @@ ash: program
 # rendered, and keeps what made it.
 fuzz: program
 	cargo run --release --quiet --example fuzz
+
+# Files that other programs write (from npm, PyPI and Debian), beside numbers of numpy: a table, which fails where one is wrong.
+foreign: program
+	sh tools/foreign/run.sh
 
 # Memory over 2,000 frames of one run: fails where it grows.
 soak: program

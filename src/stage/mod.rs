@@ -100,6 +100,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &caustics::DEPTHS,
     &caustics::OWNERS,
     &caustics::THROW,
+    &caustics::THROW_IN_CUBE,
     &caustics::SOLID_DEPTHS,
     &caustics::SOLID_OWNERS,
     &caustics::BOUNCE,

@@ -2,8 +2,8 @@
 //! to the kernels alone.
 use gobo::{
     model::{
-        BRICK_SIZE, BRICK_VALUES, LEVELS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE, Receives, Shape,
-        TILE_SIZE, Tone, Transfer, black_body,
+        BRICK_SIZE, BRICK_VALUES, LEVELS, MAX_CAUSTIC_RAYS, MAX_GAIN, Pattern, Profile, ROUGH_SIZE,
+        Receives, Shape, TILE_SIZE, Tone, Transfer, black_body,
         emitter::{EmitterShape, STEP, STEPS_PER_SECOND, TRIES},
     },
     records::{
@@ -27,6 +27,7 @@ use gobo::{
     stage::{
         accumulate::LARGEST_STEP,
         bin::{DispatchEntry, RUN_PAIRS, SEGMENT_LENGTH, TILE_LANES},
+        caustics::{FACE_LANES, TEXEL_LANES},
         light_points,
         load::CULL_BLOCK,
         project::{self, CHUNK_SIZE},
@@ -195,6 +196,9 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("BOUNCE_LENGTH", BOUNCE_LENGTH),
         ("SAMPLES", BOUNCE_SAMPLES),
         ("MAX_PARTS", caustics::MAX_PARTS),
+        ("KEPT_POINTS", MAX_CAUSTIC_RAYS + 1),
+        ("TEXEL_LANES", TEXEL_LANES),
+        ("FACE_LANES", FACE_LANES),
         ("EXITS", caustics::EXITS),
         ("DOUBLINGS", caustics::DOUBLINGS),
         ("HALVINGS", caustics::HALVINGS),

@@ -1,6 +1,9 @@
 //! Transmittance of glTF materials, as their extensions define it.
 use crate::common::{files::Folder, model::Glb};
-use gobo::{glam::Vec3, model::ReceiverPoint};
+use gobo::{
+    glam::Vec3,
+    model::{Fresnel, ReceiverPoint},
+};
 use gobo_picture::Renderer;
 use gobo_scene as scene;
 use gobo_scene::Scene;
@@ -154,7 +157,8 @@ fn sheets_and_bodies_take_their_tint_once() {
     assert_light(light[2], tint);
 }
 
-/// Dispersion of bodies with an index; of a thin wall, which does not refract, it is ignored.
+/// Dispersion of bodies; of a thin wall, which does not refract, it is ignored. A file that leaves the index
+/// out, as three.js does where it is 1.5, states it by its dispersion.
 #[test]
 fn bodies_disperse_light() {
     let of = |dispersion: f32, thickness: f32| {
@@ -165,16 +169,19 @@ fn bodies_disperse_light() {
         material
     };
     let mut model = Glb::new();
+    let mut usual = of(0.25, 1.0);
+    usual["extensions"].as_object_mut().unwrap().remove("KHR_materials_ior");
     for (i, material) in
-        [of(0.5, 1.0), of(0.0, 1.0), of(0.5, 0.0), of(99.0, 1.0)].iter().enumerate()
+        [of(0.5, 1.0), of(0.0, 1.0), of(0.5, 0.0), of(99.0, 1.0), usual].iter().enumerate()
     {
         let cube = cube(&mut model, material.clone());
         model.place(cube, [2.0 * i as f32, 0.0, 0.0]);
     }
     let scene = scene(&Folder::new(), &model, "");
     let of_glass = scene.materials.iter().filter(|material| material.transmission > 0.0);
-    let found: Vec<f32> = of_glass.map(|material| material.dispersion).collect();
-    assert_eq!(found, [0.5, 0.0, 0.0, 20.0]);
+    let found: Vec<_> = of_glass.map(|material| (material.dispersion, material.fresnel)).collect();
+    let (face, pane) = (Fresnel::Face { ior: 1.5 }, Fresnel::Pane { ior: 1.5 });
+    assert_eq!(found, [(0.5, face), (0.0, face), (0.0, pane), (20.0, face), (0.25, face)]);
     assert!(scene.notes.is_empty(), "{:?}", scene.notes);
 }
 

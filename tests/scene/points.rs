@@ -291,6 +291,13 @@ fn files_that_lie_are_refused() {
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }
+    // Sizes of layers stand behind a chunk's first record: a gigabyte of them is not allocated.
+    let (packed, tree) = (laz(7, &DOTS, [0.0; 3]), copc(&[&DOTS[..1], &DOTS[1..]]));
+    for file in [packed, tree] {
+        let start = u32::from_le_bytes(std::array::from_fn(|i| file[96 + i])) as usize;
+        let text = with(file, start + 8 + 36 + 4 + 4, &(1_u32 << 30).to_le_bytes());
+        assert!(text.contains("ends in its layers"), "{text}");
+    }
     let text = String::from_utf8(pcd("ascii", &DOTS)).unwrap();
     for (from, to, words) in [
         ("POINTS 4", "POINTS 9", "WIDTH times HEIGHT"),

@@ -190,16 +190,16 @@ fn landing(number: u32, texel: vec2<f32>, owner: u32, shift: f32) -> Landed {
     if !met.is_met || !inside.passes {
         return nowhere;
     }
-    let start = ray.start + ray.step * met.along;
-    let left = way_out(start, inside.ray);
-    if !left.is_there {
-        return meets_opaque(start, inside.ray);
+    let left = way_out(ray.start + ray.step * met.along, inside.ray);
+    var outside = inside;
+    if left.is_there {
+        let exit = glass_face(left.face);
+        let normal = glass_normal(left.face, exit, left.weights, inside.ray);
+        outside = bent(inside.ray, normal, exit.ior + shift * exit.spread);
+        if !outside.passes {
+            return nowhere;
+        }
     }
-    let exit = glass_face(left.face);
-    let normal = glass_normal(left.face, exit, left.weights, inside.ray);
-    let outside = bent(inside.ray, normal, exit.ior + shift * exit.spread);
-    if !outside.passes {
-        return nowhere;
-    }
+    // One call: it is most of the kernel.
     return meets_opaque(left.point, outside.ray);
 }

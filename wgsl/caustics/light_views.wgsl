@@ -6,8 +6,12 @@ import package::bind::uniform::views;
 import package::records::view::{GpuView, ROLE_FACE};
 import package::shade::incoming::cube_face;
 
+// Whether the kernel is one for lights of a kind: for those with the views of a cube, or for others.
+override KNOWS_VIEWS: bool;
+override OF_CUBE: bool;
+
 fn is_cube() -> bool {
-    return views[0].role == ROLE_FACE;
+    return select(views[0].role == ROLE_FACE, OF_CUBE, KNOWS_VIEWS);
 }
 
 // A world-space point in the space of the rays.

@@ -22,6 +22,15 @@ const MAX_FOOTPRINT: f32 = 64.0;
 // Edge of a footprint where the neighbouring ray lands nowhere, [texels].
 const USUAL_FOOTPRINT: f32 = 8.0;
 
+// Workgroup size.
+const TEXEL_LANES: u32 = 64u;
+// Points of a row: most rays along the edge of a texel, and the one after them.
+const KEPT_POINTS: u32 = 9u;
+
+// Landing places of the row above, of each lane [texels], and their views, or 0 for nowhere, plus 1.
+var<workgroup> kept_places: array<vec2<f32>, TEXEL_LANES * KEPT_POINTS>;
+var<workgroup> kept_views: array<u32, TEXEL_LANES * KEPT_POINTS>;
+
 // Adds to a texel; a sum past 32 bits carries, so that the result does not depend on the order. `rest`: what
 // rounding left of the light before; returns what it leaves now.
 fn add_caustic(number: u32, place: vec2<f32>, light: vec3<f32>, rest: vec3<f32>) -> vec3<f32> {
@@ -58,9 +67,15 @@ fn way_to(landed: Landed, next: Landed, usual: vec2<f32>) -> vec2<f32> {
     return way * min(1.0, MAX_FOOTPRINT / max(length(way), 1e-6));
 }
 
+fn kept_landing(kept: u32) -> Landed {
+    let number = kept_views[kept];
+    return Landed(number != 0u, max(number, 1u) - 1u, kept_places[kept]);
+}
+
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn throw_light(
     @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
     @builtin(num_workgroups) workgroups: vec3<u32>,
 ) {
     let index = id.y * workgroups.x * WORKGROUP_SIZE + id.x;
@@ -88,34 +103,28 @@ fn throw_light(
     let edge = 1.0 / f32(rays);
     var rest = vec3(0.5);
     let light = textureLoad(filters, view.origin + at, view.layer, 0).rgb * channel * (edge * edge);
-    // No loop depends on uniforms alone.
-    let count = select(0u, rays * rays, stored != 0u);
-    for (var i = 0u; i < count; i += 1u) {
-        let place = vec2<f32>(at) + (vec2(f32(i % rays), f32(i / rays)) + 0.5) * edge;
-        // The ray and two neighbours: its light falls on what lies between the places where they land. One
-        // call for all three keeps the kernel small.
-        var landed: Landed;
-        var right: Landed;
-        var below: Landed;
-        for (var k = 0u; k < 3u; k += 1u) {
-            let aside = vec2(select(0.0, edge, k == 1u), select(0.0, edge, k == 2u));
-            below = landing(own, place + aside, owner, shift);
-            if k == 0u {
-                landed = below;
-            }
-            if k == 1u {
-                right = below;
-            }
-            if !landed.is_there {
-                break;
-            }
+    // The texel's rays, and those after the last ones, which end their footprints. No loop depends on
+    // uniforms alone.
+    let points = select(0u, rays + 1u, stored != 0u);
+    for (var i = 0u; i < points * points; i += 1u) {
+        let column = i % points;
+        let row = i / points;
+        let kept = lane * KEPT_POINTS + column;
+        let place = vec2<f32>(at) + (vec2(f32(column), f32(row)) + 0.5) * edge;
+        // One call for all keeps the kernel small.
+        var below = Landed(false, 0u, vec2(0.0));
+        if column < rays || row < rays {
+            below = landing(own, place, owner, shift);
         }
-        if landed.is_there {
-            let across = way_to(landed, right, vec2(1.0, 0.0));
+        // Light of the ray above falls on what lies between the places where it and its neighbours land.
+        if row > 0u && column < rays && kept_views[kept] != 0u {
+            let landed = kept_landing(kept);
+            let across = way_to(landed, kept_landing(kept + 1u), vec2(1.0, 0.0));
             let down = way_to(landed, below, vec2(0.0, 1.0));
             let wide = max(abs(across), abs(down));
             let parts = clamp(u32(ceil(max(wide.x, wide.y))), 1u, MAX_PARTS / rays);
-            let arriving = light * (texel_share(own, place) / texel_share(landed.number, landed.at));
+            let share = texel_share(own, place - vec2(0.0, edge));
+            let arriving = light * (share / texel_share(landed.number, landed.at));
             for (var k = 0u; k < parts * parts; k += 1u) {
                 let part = (vec2(f32(k % parts), f32(k / parts)) + 0.5) / f32(parts) - 0.5;
                 let to = landed.at + across * part.x + down * part.y;
@@ -129,5 +138,7 @@ fn throw_light(
                 rest = add_to_four(number, texel_at, arriving / f32(parts * parts), rest);
             }
         }
+        kept_places[kept] = below.at;
+        kept_views[kept] = select(0u, below.number + 1u, below.is_there);
     }
 }

@@ -1,5 +1,5 @@
 //! Light that lit surfaces send on: points of the maps as sources.
-use super::caustics::{LABEL, face_buffer, grid, slices};
+use super::caustics::{LABEL, face_buffer, grid, of_faces};
 use crate::{
     error::Error,
     frame::Commands,
@@ -84,7 +84,7 @@ impl Bounces {
             .with("glass_owners", &owners)
             .with("bounced", &buffer);
         let face_count = faces.len() as u32;
-        let slices = slices(face_count);
+        let (slices, of_faces) = of_faces(face_count);
         let mut first = 0;
         for (light, view) in sending {
             let params =
@@ -100,7 +100,6 @@ impl Bounces {
                 .with("caustic_params", &params)
                 .with("bounce_params", &of_bounce)
                 .with("views", &views);
-            let of_faces = grid(face_count.max(1), slices);
             let of_points = grid(edge.pow(2).div_ceil(TEXEL_LANES), 1);
             commands.clear(LABEL, &depths);
             commands.clear(LABEL, &owners);

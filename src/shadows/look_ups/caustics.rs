@@ -8,7 +8,7 @@ use crate::{
     records::{CausticTexel, GLASS_VECTORS, GlassFace, GpuView, glass_faces},
     shadows::{Caustics, Prepared, batch::context::view_uniform},
     stage::{
-        caustics::{CausticParams, DEPTHS, FACE_LANES, OWNERS, TEXEL_LANES, THROW},
+        caustics::{CausticParams, DEPTHS, FACE_LANES, OWNERS, TEXEL_LANES, THROW, THROW_IN_CUBE},
         features::Features,
     },
 };
@@ -22,19 +22,21 @@ const _: () = assert!(size_of::<GlassFace>() == GLASS_VECTORS as usize * size_of
 pub(super) const LABEL: &str = "gobo caustics";
 /// Workgroups in x of a dispatch over faces or texels.
 const ROW: u32 = 32768;
-/// Workgroups that all faces share, so that a few large faces keep a device busy.
-const SHARED: u32 = 65536;
+/// Workgroups in all, so that a few large faces keep a device busy.
+const SHARED: u32 = 8192;
 /// Most workgroups of a face.
-const SLICES: u32 = 64;
+const SLICES: u32 = 256;
 
-/// Workgroups of `count` faces or runs of texels.
+/// A grid of `count` workgroups.
 pub(super) fn grid(count: u32, z: u32) -> [u32; 3] {
     [count.min(ROW), count.div_ceil(ROW), z]
 }
 
-/// Workgroups of each of `count` faces.
-pub(super) fn slices(count: u32) -> u32 {
-    (SHARED / count.max(1)).clamp(1, SLICES)
+/// Workgroups that share the large ones of `count` faces, and those of all faces.
+pub(super) fn of_faces(count: u32) -> (u32, [u32; 3]) {
+    let groups = count.div_ceil(FACE_LANES).max(1);
+    let slices = (SHARED / groups).clamp(1, SLICES);
+    (slices, grid(groups, slices))
 }
 
 /// A buffer of faces.
@@ -155,8 +157,7 @@ impl Thrower<'_> {
             .with("glass_owners", &self.owners)
             .with("caustics", self.texels);
         let &Self { face_count, channels, .. } = self;
-        let slices = slices(face_count);
-        let of_faces = grid(face_count, slices);
+        let (slices, of_faces) = of_faces(face_count);
         let (mut searches, mut throws) = (Vec::new(), Vec::new());
         let all_views = view_uniform(allocator, views);
         let mut base = 0;
@@ -173,7 +174,8 @@ impl Thrower<'_> {
             for kernel in [&DEPTHS, &OWNERS] {
                 searches.push(kernels.dispatch(kernel, none, &of_view, of_faces)?);
             }
-            throws.push(kernels.dispatch(&THROW, none, &of_shadow, of_texels)?);
+            let throw = if views.len() > 1 { &THROW_IN_CUBE } else { &THROW };
+            throws.push(kernels.dispatch(throw, none, &of_shadow, of_texels)?);
             base += texels;
         }
         commands.clear(LABEL, &self.depths);

@@ -123,4 +123,5 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "WIDEST",
     "MIDDLE_HEIGHT",
     "AROUND_COUNT",
+    "MOST_ALONE",
 ];

@@ -184,6 +184,9 @@ impl<'a> GltfMaterials<'a> {
         let reflectivity = self.film(source);
         let ior = source.ior().filter(|ior| ior.is_finite()).unwrap_or(1.5);
         let is_body = transmits && source.volume().is_some_and(|v| v.thickness_factor() > 0.0);
+        let dispersion = if is_body { self.file.dispersion(source) } else { 0.0 };
+        // Exporters leave an index of 1.5 out; dispersion states that there is one.
+        let stated = source.ior().or_else(|| (dispersion > 0.0).then_some(1.5));
         // From KHR_materials_transmission: glass as dense as air is not frosted.
         let frost = roughness * roughness * (2.0 * ior - 2.0).clamp(0.0, 1.0);
         let mut material = Material {
@@ -202,13 +205,13 @@ impl<'a> GltfMaterials<'a> {
             emissive_texture,
             transmission,
             ior: if is_body { ior.clamp(1.0, 3.0) } else { 1.0 },
-            fresnel: match source.ior() {
+            fresnel: match stated {
                 Some(_) if !transmits || ior <= 1.0 => Fresnel::None,
                 Some(_) if is_body => Fresnel::Face { ior: ior.min(3.0) },
                 Some(_) => Fresnel::Pane { ior: ior.min(3.0) },
                 None => Fresnel::None,
             },
-            dispersion: if is_body { self.file.dispersion(source) } else { 0.0 },
+            dispersion,
             frost: if transmits { frost } else { 0.0 },
             attenuation_color: volume.0,
             attenuation_distance: volume.1,

@@ -3,6 +3,7 @@ use super::{
     DAMAGED, Fault, Point, Points, Room,
     classes::is_noise,
     copc::{self, OctreeNode},
+    laz_chunks::{check_layers, check_table},
     linear,
     part::Part,
 };
@@ -10,6 +11,7 @@ use crate::{read::Readable, share::Share};
 use glam::{DVec3, Vec3};
 use laz::{
     LasZipDecompressor, LazVlr,
+    laszip::ChunkTable,
     record::{LayeredPointRecordDecompressor, RecordDecompressor},
 };
 use std::io::{Cursor, Seek as _, SeekFrom};
@@ -23,6 +25,9 @@ const RECORD_HEAD: usize = 54;
 
 /// Records that are decompressed at a time.
 const BATCH: u64 = 1 << 14;
+
+/// Formats from this one on are compressed in layers.
+const LAYERED: u8 = 6;
 
 /// Least size of a record by its format \[bytes\].
 const SIZES: [u16; 11] = [20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67];
@@ -233,10 +238,11 @@ impl Reader {
 
     /// Reads a node, which is compressed by itself.
     fn node(&mut self, bytes: &[u8], vlr: &LazVlr, node: &OctreeNode) -> Result<(), Fault> {
-        if self.header.format < 6 {
+        if self.header.format < LAYERED {
             return Err(bad(&"points of an octree have format 6, 7 or 8"));
         }
         let chunk = copc::part(bytes, node.offset, node.size).unwrap_or_default();
+        check_layers(chunk, vlr.items(), self.header.size.into()).map_err(|what| bad(&what))?;
         let mut unpacked = LayeredPointRecordDecompressor::new(Cursor::new(chunk));
         unpacked.set_fields_from(vlr.items()).map_err(|error| bad(&error))?;
         self.batches(node.count, |part| unpacked.decompress_many(part).map_err(|error| bad(&error)))
@@ -262,12 +268,32 @@ impl Reader {
 
     fn packed(&mut self, bytes: &[u8]) -> Result<(), Fault> {
         let vlr = self.laz_vlr(bytes)?;
-        check_chunks(bytes, self.header.start).map_err(|what| bad(&what))?;
+        check_table(bytes, self.header.start).map_err(|what| bad(&what))?;
         let mut source = Cursor::new(bytes);
         source.seek(SeekFrom::Start(self.header.start)).map_err(|error| bad(&error))?;
+        if self.header.format >= LAYERED {
+            let table = ChunkTable::read_from(source, &vlr).map_err(|error| bad(&error))?;
+            return self.chunks(bytes, &vlr, &table);
+        }
         let mut unpacked = LasZipDecompressor::new(source, vlr).map_err(|error| bad(&error))?;
         let count = self.header.count;
         self.batches(count, |part| unpacked.decompress_many(part).map_err(|error| bad(&error)))
+    }
+
+    /// Reads chunks with layers, which are compressed as the nodes of an octree are.
+    fn chunks(&mut self, bytes: &[u8], vlr: &LazVlr, table: &ChunkTable) -> Result<(), Fault> {
+        let mut left = self.header.count;
+        let mut offset = self.header.start + ChunkTable::OFFSET_SIZE as u64;
+        for entry in table {
+            // Chunks of equal counts: the last has fewer points.
+            let (count, size) = (entry.point_count.min(left), entry.byte_count);
+            if count > 0 {
+                self.node(bytes, vlr, &OctreeNode { level: 0, count, offset, size })?;
+            }
+            left -= count;
+            offset = offset.saturating_add(size);
+        }
+        if left == 0 { Ok(()) } else { Err(bad(&"chunks of its points are missing")) }
     }
 
     /// The record about the compression of points.
@@ -317,23 +343,4 @@ impl Reader {
         }
         self.points
     }
-}
-
-/// Refuses a table of more chunks than the file has bytes: the decoder allocates all of them.
-fn check_chunks(bytes: &[u8], start: u64) -> Result<(), &'static str> {
-    let at = |offset: u64| usize::try_from(offset).ok().filter(|at| *at <= bytes.len());
-    let offset = |place: u64| -> Option<u64> {
-        let word = bytes.get(at(place)?..)?.first_chunk()?;
-        u64::try_from(i64::from_le_bytes(*word)).ok()
-    };
-    let ends = "the file ends in its table of chunks";
-    let mut table = offset(start).unwrap_or(0);
-    if table <= start {
-        // A program that could not seek back writes the offset last.
-        table = (bytes.len() as u64).checked_sub(8).and_then(offset).ok_or(ends)?;
-    }
-    let table = at(table).and_then(|table| bytes.get(table..)).ok_or(ends)?;
-    let count = table.get(4..8).ok_or(ends)?;
-    let count = u32::from_le_bytes(number(count, 0)) as usize;
-    if count > bytes.len() { Err("its table has more chunks than bytes") } else { Ok(()) }
 }

@@ -5,6 +5,7 @@ mod classes;
 mod copc;
 mod e57;
 mod las;
+mod laz_chunks;
 mod lzf;
 mod part;
 mod pcd;
