@@ -62,7 +62,14 @@ fn store_pair(at: vec2<u32>, layer: u32, pair: vec4<u32>) {
 
 const NODE_LANES: u32 = 64u; // of a workgroup
 
-var<workgroup> nodes: array<array<Node, NODE_LANES>, NODES + 1u>;
+// A vector would take a fourth word.
+struct NodeWords {
+    x: u32,
+    y: u32,
+    z: u32,
+}
+
+var<workgroup> nodes: array<array<NodeWords, NODE_LANES>, NODES + 1u>;
 var<private> lane_slot: u32;
 var<private> node_count: u32;
 var<private> kept_light: vec3<f32>;
@@ -75,11 +82,12 @@ fn open_nodes(in_tile: vec2<u32>) {
 }
 
 fn node_at(i: u32, k: u32) -> Node {
-    return nodes[k][lane_slot];
+    let words = nodes[k][lane_slot];
+    return Node(words.x, words.y, words.z);
 }
 
 fn set_node(i: u32, k: u32, node: Node) {
-    nodes[k][lane_slot] = node;
+    nodes[k][lane_slot] = NodeWords(node.x, node.y, node.z);
 }
 
 // Keeps light between insertions in the node that is free then: after the merge where one is due.
@@ -91,13 +99,11 @@ fn lay_aside(i: u32, light: vec3<f32>, overfull: bool) {
 }
 
 fn lay_kept(i: u32) {
-    let bits = bitcast<vec3<u32>>(kept_light);
-    set_node(i, NODES, Node(bits.x, bits.y, bits.z));
+    set_node(i, NODES, bitcast<vec3<u32>>(kept_light));
 }
 
 fn laid_aside(i: u32) -> vec3<f32> {
-    let node = node_at(i, NODES);
-    return bitcast<vec3<f32>>(vec3(node.span, node.colors, node.means));
+    return bitcast<vec3<f32>>(node_at(i, NODES));
 }
 
 // Nodes are stored in pairs, as soon as both are written.

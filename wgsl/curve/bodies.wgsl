@@ -2,8 +2,8 @@
 // while a curve has a free node, the ramp that bends most is split in two, with the exact light in its
 // middle. CPU reference: crates/gobo-reference/src/curve/bodies.rs.
 
-import package::curve::gather::{ROWS, Texel, texels};
-import package::curve::list::{coded, light_behind, selected_node};
+import package::curve::gather::{ROWS, texels};
+import package::curve::list::{coded, light_behind};
 import package::curve::merge::Merge;
 import package::curve::volumes::largest;
 import package::features::{HAS_OVER, HAS_PUFFS, HAS_SOFTENING, HAS_VOLUMES, NODES, unrolled};
@@ -35,29 +35,21 @@ fn has_bit(bits: u32, k: u32) -> bool {
     return ((bits >> k) & 1u) == 1u;
 }
 
-// Updates `alone` after an insertion at `index`. Where the node fits, the first one was free.
-fn follow_insertion(t: ptr<function, Texel>, index: u32, counts: bool, fits: bool) {
-    if !has_bodies() {
-        return;
-    }
-    let alone = (*t).alone;
+// `alone` after an insertion at `index`. Where the node fits, the first one was free.
+fn follow_insertion(alone: u32, index: u32, counts: bool, fits: bool) -> u32 {
     let front = below(index);
     let open = (alone & front) | ((alone & ~front) << 1u) | (1u << index);
-    (*t).alone = select(select(alone, open, counts), open >> 1u, fits);
+    return select(select(alone, open, counts), open >> 1u, fits);
 }
 
-// Updates `alone` after the merge `best`, where the list was overfull.
-fn follow_merge(t: ptr<function, Texel>, best: Merge) {
-    if !has_bodies() {
-        return;
-    }
-    let alone = (*t).alone;
+// `alone` after the merge `best`, where `counts` holds.
+fn follow_merge(alone: u32, best: Merge, counts: bool) -> u32 {
     // A node that absorbs nothing leaves the other as it is.
-    let second = (best.between == best.behind) & has_bit(alone, best.index);
-    let kept = select(second, has_bit(alone, best.index + 1u), best.before == best.between);
+    let second = (best.means.y == best.means.z) & has_bit(alone, best.index);
+    let kept = select(second, has_bit(alone, best.index + 1u), best.means.x == best.means.y);
     let merged = select(0u, 1u << best.index, kept);
     let behind = (alone >> 1u) & ~below(best.index + 1u);
-    (*t).alone = select(alone, (alone & below(best.index)) | merged | behind, (*t).overfull);
+    return select(alone, (alone & below(best.index)) | merged | behind, counts);
 }
 
 // Splits bodies while nodes are free, but for one that softening needs.
@@ -69,7 +61,7 @@ fn split_bodies() {
         var some = false;
         for (var i = 0u; i < unrolled(ROWS); i += 1u) {
             let most = most_bent(texels[i].alone, i);
-            let free = node_at(i, select(0u, 1u, HAS_SOFTENING)).span == 0u;
+            let free = node_at(i, select(0u, 1u, HAS_SOFTENING)).x == 0u;
             let is = free & (most.bend > MIN_BEND);
             texels[i].alone = halve(texels[i].alone, i, most, is);
             some = some | is;
@@ -92,10 +84,10 @@ fn most_bent(alone: u32, i: u32) -> Bent {
         let root_behind = sqrt(light_behind(node));
         let bend = largest(before - root_behind);
         // No other ramp may start in its front half.
-        let next = select(node_at(i, k + 1u).span >> 16u, 0xffffu, k + 1u == NODES);
-        let long = (node.span & 0xffffu) >= (node.span >> 16u) + SHORTEST;
+        let next = select(node_at(i, k + 1u).x >> 16u, 0xffffu, k + 1u == NODES);
+        let long = (node.x & 0xffffu) >= (node.x >> 16u) + SHORTEST;
         let single = has_bit(alone, k);
-        let is = long & single & (next >= middle_of(node.span)) & (bend > most.bend);
+        let is = long & single & (next >= middle_of(node.x)) & (bend > most.bend);
         let middle = before * max(root_behind, vec3(MIN_ROOT));
         most = Bent(
             select(most.bend, bend, is),
@@ -117,12 +109,12 @@ fn halve(alone: u32, i: u32, most: Bent, is: bool) -> u32 {
         let moves = is & (k + 1u < most.index);
         let first = is & (k + 1u == most.index);
         let second = is & (k == most.index);
-        let whole = select(node.span, next.span, first | moves);
+        let whole = select(node.x, next.x, first | moves);
         let middle = middle_of(whole);
         let near = (whole & 0xffff0000u) | middle;
         let far = (middle << 16u) | (whole & 0xffffu);
-        var moved = selected_node(selected_node(node, half, first), next, moves);
-        moved.span = select(select(whole, near, first), far, second);
+        var moved = select(select(node, half, first), next, moves);
+        moved.x = select(select(whole, near, first), far, second);
         set_node(i, k, moved);
     }
     let front = below(most.index);

@@ -11,11 +11,9 @@ import choice::nodes::{node_at, node_count, open_nodes, set_node};
 
 const DARK: u32 = 64u; // 1/1024 of 65535
 
-struct Node {
-    span: u32,   // start << 16 | end, in fixed point; 0 for an unused node
-    colors: u32, // behind: green << 16 | red
-    means: u32,  // mean of the channels << 16 | blue
-}
+// Span, start << 16 | end in fixed point, 0 for an unused node; then the light behind, green << 16 | red and
+// mean of the channels << 16 | blue. A vector, because compilers take longer for structs.
+alias Node = vec3<u32>;
 
 // One hit, or several, to insert where `is` holds.
 struct Insertion {
@@ -50,16 +48,10 @@ fn level(bits: u32) -> f32 {
 }
 
 fn light_behind(node: Node) -> vec3<f32> {
-    let levels = vec3(level(node.colors & 0xffffu), level(node.colors >> 16u), level(node.means & 0xffffu));
-    return levels * select(1.0 / 65535.0, 1.0, HAS_GAIN);
-}
-
-fn selected_node(a: Node, b: Node, is: bool) -> Node {
-    return Node(
-        select(a.span, b.span, is),
-        select(a.colors, b.colors, is),
-        select(a.means, b.means, is),
-    );
+    if HAS_GAIN {
+        return vec3(unpack2x16float(node.y), unpack2x16float(node.z).x);
+    }
+    return vec3<f32>(vec3(node.y, node.y >> 16u, node.z) & vec3(0xffffu)) * (1.0 / 65535.0);
 }
 
 // `in_tile`: texel of the invocation; those of a workgroup are neighbours.
@@ -76,31 +68,31 @@ fn clear_lists(in_tile: vec2<u32>) {
 
 // Whether the next hit fits without a merge.
 fn has_free_node(i: u32) -> bool {
-    return node_at(i, 0u).span == 0u;
+    return node_at(i, 0u).x == 0u;
 }
 
 fn last_end(i: u32) -> u32 {
-    return node_at(i, NODES - 1u).span & 0xffffu;
+    return node_at(i, NODES - 1u).x & 0xffffu;
 }
 
 // Whether the light behind the last node is invisible.
 fn is_saturated(i: u32) -> bool {
     let last = node_at(i, NODES - 1u);
-    let most = max(max(last.colors & 0xffffu, last.colors >> 16u), last.means & 0xffffu);
+    let most = max(max(last.y & 0xffffu, last.y >> 16u), last.z & 0xffffu);
     return (most < DARK) & !(HAS_GAIN || HAS_OVER);
 }
 
 // Inserts hits into the list of texel `i`. A full list then has one node too many, until `merge_lists`.
 fn insert(t: ptr<function, Texel>, i: u32, hit: Insertion) {
-    let is_last = node_at(i, NODES - 1u).span <= hit.span;
+    let is_last = node_at(i, NODES - 1u).x <= hit.span;
     // Nothing behind black is visible: there a walk may stop.
     let counts = hit.is & !(is_last & is_saturated(i));
     let index = insert_between(t, i, hit, is_last, counts);
     let fits = counts & has_free_node(i);
     (*t).overfull = counts & !has_free_node(i);
-    follow_insertion(t, index, counts, fits);
+    (*t).alone = follow_insertion((*t).alone, index, counts, fits);
     for (var k = 0u; k < unrolled(node_count); k += 1u) {
-        set_node(i, k, selected_node(node_at(i, k), node_at(i, k + 1u), fits));
+        set_node(i, k, select(node_at(i, k), node_at(i, k + 1u), fits));
     }
 }
 
@@ -112,12 +104,12 @@ fn insert_between(t: ptr<function, Texel>, i: u32, hit: Insertion, is_last: bool
     var index = 0u;
     for (var k = 0u; k < unrolled(node_count); k += 1u) {
         let node = node_at(i, k);
-        let in_front = node.span <= span;
-        before = selected_node(before, node, in_front);
+        let in_front = node.x <= span;
+        before = select(before, node, in_front);
         index += select(0u, 1u, in_front);
     }
     let start = hit.span >> 16u;
-    let inside = ((before.span >> 16u) < start) & ((before.span & 0xffffu) > start);
+    let inside = ((before.x >> 16u) < start) & ((before.x & 0xffffu) > start);
     var disorders = counts & (start < (*t).latest) & inside;
     (*t).latest = select((*t).latest, max((*t).latest, start), counts);
     let reached = light_behind(before);
@@ -135,10 +127,10 @@ fn insert_between(t: ptr<function, Texel>, i: u32, hit: Insertion, is_last: bool
         let k = NODES - n;
         let node = node_at(i, k);
         let front = node_at(i, max(k, 1u) - 1u);
-        let moves = (front.span > span) & (k > 0u);
-        let here = !moves & ((node.span > span) | (k == NODES));
-        let dimmed = coded(front.span, light_behind(front) * dimming);
-        set_node(i, k, selected_node(selected_node(node, came, here), dimmed, moves));
+        let moves = (front.x > span) & (k > 0u);
+        let here = !moves & ((node.x > span) | (k == NODES));
+        let dimmed = coded(front.x, light_behind(front) * dimming);
+        set_node(i, k, select(select(node, came, here), dimmed, moves));
     }
     return index;
 }
@@ -157,16 +149,15 @@ fn must_merge() -> bool {
 fn merge_lists() {
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let best = cheapest_merge(i);
-        var texel = texels[i];
-        follow_merge(&texel, best);
-        let index = select(NODES, best.index, texel.overfull);
+        let overfull = texels[i].overfull;
+        texels[i].alone = follow_merge(texels[i].alone, best, overfull);
+        texels[i].overfull = false;
+        let index = select(NODES, best.index, overfull);
         let merged = merged_span(best);
         for (var k = 0u; k < unrolled(node_count); k += 1u) {
-            var node = selected_node(node_at(i, k + 1u), node_at(i, k), k < index);
-            node.span = select(node.span, merged, k == index);
+            var node = select(node_at(i, k + 1u), node_at(i, k), k < index);
+            node.x = select(node.x, merged, k == index);
             set_node(i, k, node);
         }
-        texel.overfull = false;
-        texels[i] = texel;
     }
 }

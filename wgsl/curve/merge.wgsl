@@ -7,47 +7,38 @@ import choice::nodes::{node_at, node_count};
 
 struct Merge {
     cost: f32,
-    index: u32,   // of the pair's first node
-    before: f32,  // mean light in front of the pair, behind its first node, and behind both
-    between: f32,
-    behind: f32,
-    first: u32,   // spans
-    second: u32,
-    next: u32,    // span of the node behind the pair
+    index: u32,        // of the pair's first node
+    means: vec3<f32>,  // mean light in front of the pair, behind its first node, and behind both
+    spans: vec3<u32>,  // of the pair, and of the node behind it
 }
 
 // Cost of a merge: the area between the curve and the straight line over both ramps; 0 if one of them absorbs
 // nothing.
 fn cheapest_merge(i: u32) -> Merge {
-    var best = Merge(1e38, 0u, 0.0, 0.0, 0.0, 0u, 0u, 0u);
+    var best = Merge(1e38, 0u, vec3(0.0), vec3(0u));
     var before = select(65535.0, 1.0, HAS_GAIN);
     var a = node_at(i, 0u);
     for (var k = 0u; k < unrolled(node_count); k += 1u) {
         let b = node_at(i, k + 1u);
-        let between = level(a.means >> 16u);
-        let behind = level(b.means >> 16u);
-        let first = before - between;
-        let second = between - behind;
-        let start = f32(a.span >> 16u);
-        let first_area = first * (f32(b.span & 0xffffu) - start);
+        let next = select(node_at(i, min(k + 2u, NODES)).x, 0xffffffffu, k + 1u == NODES);
+        let means = vec3(before, level(a.z >> 16u), level(b.z >> 16u));
+        let first = means.x - means.y;
+        let second = means.y - means.z;
+        let start = f32(a.x >> 16u);
+        let first_area = first * (f32(b.x & 0xffffu) - start);
         let both = first + second;
         let cost = select(
-            abs(first_area - both * (f32(a.span & 0xffffu) - start))
-                + abs(first_area - both * (f32(b.span >> 16u) - start)),
+            abs(first_area - both * (f32(a.x & 0xffffu) - start))
+                + abs(first_area - both * (f32(b.x >> 16u) - start)),
             0.0,
             first * second == 0.0,
         );
         let better = cost < best.cost;
         best.cost = select(best.cost, cost, better);
         best.index = select(best.index, k, better);
-        best.before = select(best.before, before, better);
-        best.between = select(best.between, between, better);
-        best.behind = select(best.behind, behind, better);
-        best.first = select(best.first, a.span, better);
-        best.second = select(best.second, b.span, better);
-        let next = select(node_at(i, min(k + 2u, NODES)).span, 0xffffffffu, k + 1u == NODES);
-        best.next = select(best.next, next, better);
-        before = between;
+        best.means = select(best.means, means, better);
+        best.spans = select(best.spans, vec3(a.x, b.x, next), better);
+        before = means.y;
         a = b;
     }
     return best;
@@ -55,12 +46,12 @@ fn cheapest_merge(i: u32) -> Merge {
 
 // Span of a ramp with the mean and variance of both ramps, clamped to their joint span.
 fn merged_span(best: Merge) -> u32 {
-    let start_a = f32(best.first >> 16u);
-    let end_a = f32(best.first & 0xffffu);
-    let start_b = f32(best.second >> 16u);
-    let end_b = f32(best.second & 0xffffu);
-    let drop_a = abs(best.before - best.between);
-    let drop_b = abs(best.between - best.behind);
+    let start_a = f32(best.spans.x >> 16u);
+    let end_a = f32(best.spans.x & 0xffffu);
+    let start_b = f32(best.spans.y >> 16u);
+    let end_b = f32(best.spans.y & 0xffffu);
+    let drop_a = abs(best.means.x - best.means.y);
+    let drop_b = abs(best.means.y - best.means.z);
     let nothing = drop_a + drop_b == 0.0;
     let per_both = 1.0 / select(drop_a + drop_b, 1.0, nothing);
     let first = drop_a * per_both;
@@ -81,7 +72,7 @@ fn merged_span(best: Merge) -> u32 {
     let length = max(min(min(0.5 * sqrt(spread), half_middle - start_a), last - half_middle), 0.0);
     let start = u32(round(half_middle - length));
     let end = u32(round(half_middle + length));
-    return in_order(select((start << 16u) | end, best.second, nothing), best.next);
+    return in_order(select((start << 16u) | end, best.spans.y, nothing), best.spans.z);
 }
 
 // The span, moved to start no later than the node behind it: nodes ascend.

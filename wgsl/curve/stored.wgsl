@@ -34,7 +34,7 @@ fn begin_stored(i: u32) {
         let own = light_behind(node);
         let seen = select(own, vec3(0.0), own < vec3(BLACK));
         let light = max(seen, rest * select(1.0, LEAST, grows()));
-        set_node(i, k, coded(node.span, light));
+        set_node(i, k, coded(node.x, light));
         rest = max(rest, light);
     }
 }
@@ -42,9 +42,9 @@ fn begin_stored(i: u32) {
 // Node `k`. `left`: light behind the stored nodes, so that the next node gives back what rounding took.
 fn stored_node(i: u32, k: u32, left: ptr<function, vec3<f32>>) -> vec2<u32> {
     let node = node_at(i, k);
-    let start = node.span >> 16u;
-    let end = max(node.span & 0xffffu, start);
-    let passed = select(vec3(1.0), passed_to(light_behind(node), *left), node.span != 0u);
+    let start = node.x >> 16u;
+    let end = max(node.x & 0xffffu, start);
+    let passed = select(vec3(1.0), passed_to(light_behind(node), *left), node.x != 0u);
     let stored = packed_node(start, f32(end - start), passed);
     *left *= node_passed(stored);
     return stored;

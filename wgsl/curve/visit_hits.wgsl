@@ -63,18 +63,14 @@ fn with_face(
 }
 
 // Returns whether the hits must be inserted at once. A brick is visited once per ramp. The previous caster's
-// delayed hits are joined first, and so need no registers meanwhile.
+// delayed hit is joined first, and so needs no registers meanwhile.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
-    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        var texel = texels[i];
-        join_delayed(&texel);
-        texels[i] = texel;
-    }
     let faced = set_up(view, footprint);
     open_ramp(footprint, faced);
     var placed = false;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         var texel = texels[i];
+        join_delayed(&texel);
         let at = corner + vec2(0.5, f32(i) + 0.5);
         let hit = hit_texel(view, footprint, faced, at, texel.opaque);
         var came = ordered_hit(hit);
