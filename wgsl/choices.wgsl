@@ -2,7 +2,6 @@
 
 import package::bind::stored::{curves, filters, nearests};
 import package::bind::uniform::views;
-import package::curve::lights::Lights;
 import package::curve::list::Node;
 import package::curve::node::packed_node;
 import package::curve::ray::{Texel, corner};
@@ -38,35 +37,6 @@ fn walk_tiles(number: u32, first_share: u32, step: u32, lane: u32) {
 
 const ROW_COUNT: u32 = 1u;
 
-alias Rows = f32;
-alias RowBits = u32;
-alias RowIs = bool;
-
-fn row(v: Rows, i: u32) -> f32 {
-    return v;
-}
-
-fn row_bits(v: RowBits, i: u32) -> u32 {
-    return v;
-}
-
-// `v` with row `i` replaced.
-fn with_row(v: Rows, i: u32, value: f32) -> Rows {
-    return value;
-}
-
-fn with_bits(v: RowBits, i: u32, value: u32) -> RowBits {
-    return value;
-}
-
-fn any_row(is: RowIs) -> bool {
-    return is;
-}
-
-fn count_rows(is: RowIs) -> u32 {
-    return u32(is);
-}
-
 // Texels in a column of an invocation whose casters are all of one simple kind: two. So 32 lanes hold a
 // square block, and smaller subgroups a smaller one, which fewer casters touch.
 
@@ -92,10 +62,17 @@ fn store_pair(at: vec2<u32>, layer: u32, pair: vec4<u32>) {
 
 const NODE_LANES: u32 = 64u; // of a workgroup
 
-var<workgroup> nodes: array<array<Node, NODE_LANES>, NODES + 1u>;
+// A vector would take a fourth word.
+struct NodeWords {
+    x: u32,
+    y: u32,
+    z: u32,
+}
+
+var<workgroup> nodes: array<array<NodeWords, NODE_LANES>, NODES + 1u>;
 var<private> lane_slot: u32;
 var<private> node_count: u32;
-var<private> kept_light: Lights;
+var<private> kept_light: vec3<f32>;
 
 // `in_tile`: texel of the invocation; those of a workgroup are 8 x 8 neighbours.
 fn open_nodes(in_tile: vec2<u32>) {
@@ -104,31 +81,29 @@ fn open_nodes(in_tile: vec2<u32>) {
     node_count = select(0u, NODES, views[0].tiles_x > 0u);
 }
 
-fn node_at(i: u32) -> Node {
-    return nodes[i][lane_slot];
+fn node_at(i: u32, k: u32) -> Node {
+    let words = nodes[k][lane_slot];
+    return Node(words.x, words.y, words.z);
 }
 
-fn set_node(i: u32, node: Node) {
-    nodes[i][lane_slot] = node;
+fn set_node(i: u32, k: u32, node: Node) {
+    nodes[k][lane_slot] = NodeWords(node.x, node.y, node.z);
 }
 
 // Keeps light between insertions in the node that is free then: after the merge where one is due.
-fn lay_aside(light: Lights, overfull: bool) {
+fn lay_aside(i: u32, light: vec3<f32>, overfull: bool) {
     kept_light = light;
     if !overfull {
-        lay_kept();
+        lay_kept(i);
     }
 }
 
-fn lay_kept() {
-    set_node(NODES, Node(
-        bitcast<u32>(kept_light.red), bitcast<u32>(kept_light.green), bitcast<u32>(kept_light.blue),
-    ));
+fn lay_kept(i: u32) {
+    set_node(i, NODES, bitcast<vec3<u32>>(kept_light));
 }
 
-fn laid_aside() -> Lights {
-    let node = node_at(NODES);
-    return Lights(bitcast<f32>(node.span), bitcast<f32>(node.colors), bitcast<f32>(node.means));
+fn laid_aside(i: u32) -> vec3<f32> {
+    return bitcast<vec3<f32>>(node_at(i, NODES));
 }
 
 // Nodes are stored in pairs, as soon as both are written.

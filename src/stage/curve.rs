@@ -25,7 +25,6 @@ pub(super) const WALK: Choice = Choice::by_tier(
     "traversal/slabs_subgroup.wgsl",
 );
 pub(super) const CURVES: Choice = Choice::new("accumulator", "curve/gather.wgsl");
-const HITS: Choice = Choice::new("visit", "curve/visit_hits.wgsl");
 /// Curves by two walks, for casters that only pass light on.
 const RAYS: Choice = Choice::new("accumulator", "curve/ray.wgsl");
 const RAY_CASTERS: Choice = Choice::new("visit", "curve/two_walks.wgsl");
@@ -62,8 +61,6 @@ const WALKED_TWICE: &[Choice] = &[
 ];
 /// Nodes during insertion; [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const OPEN_NODES: Choice = Choice::new("nodes", "choices.wgsl");
-/// Visits the nodes of tiles whose segments have curves of their own.
-const NODES: Choice = Choice::new("visit", "curve/resolve.wgsl");
 pub(super) const TILE: Choice = Choice::new("output", "curve/tile.wgsl");
 pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
@@ -75,7 +72,6 @@ pub(super) const CURVED: &[Choice] = &[
     CURVES,
     INVOCATION_ROWS,
     OPEN_NODES,
-    HITS,
     WAITING,
     WALK,
     LANE_CASTER,
@@ -137,5 +133,5 @@ pub const RAY_RESOLVE: KernelDesc = KernelDesc {
 pub const RESOLVE: KernelDesc = KernelDesc {
     shared: CURVED,
     constants: &[("NODES", 8.0)],
-    ..walk::resolve("resolve_curve", &[NODES, RESOLVED])
+    ..walk::resolve("resolve_curve", &[RESOLVED])
 };

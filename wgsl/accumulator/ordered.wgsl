@@ -4,7 +4,7 @@
 // segments past the capacity of `partials`, when more tiles have scattered casters than the pair budget has
 // segments. CPU reference: crates/gobo-reference/src/accumulate.rs, crates/gobo-reference/src/resolve.rs.
 
-import package::accumulator::filter::{ROWS, added, crossed, finish, found, nearest, owner, passed};
+import package::accumulator::filter::{ROWS, finish, found, texels};
 import package::bind::changed::partials;
 import package::bind::sampled::tiles;
 import package::bind::stored::{filters, nearests};
@@ -16,7 +16,6 @@ import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::scatter::{PARTIAL_TEXELS, Partial, merge, pack_partial, partial_capacity, unpack_pair};
 import package::sums::sums::{FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau};
 import package::traversal::lane::sum_index;
-import choice::rows::{row, row_bits};
 import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_nearness};
 
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
@@ -24,19 +23,21 @@ fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     let tile = tile_of(textureLoad(tiles, record_texel(segment_record(segment)), 0));
     let composed = index < partial_capacity(arrayLength(&partials)) && segment_count(tile) > 1u;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        let texel = texels[i];
         if composed {
             let at = PARTIAL_TEXELS * sum_index(index, in_tile + vec2(0u, i));
-            partials[at] = pack_partial(Partial(passed[i], added[i], row(nearest, i), vec3(0), 0, NO_OWNER));
+            let transfer = Partial(texel.passed, texel.added, texel.nearest, vec3(0), 0, NO_OWNER);
+            partials[at] = pack_partial(transfer);
             if HAS_VOLUMES || HAS_OWNERS {
-                let leaves = bitcast<u32>(crossed[i].w) & 0xffffu;
-                let tau = bitcast<vec3<u32>>(crossed[i].xyz);
-                partials[at + 1u] = vec4(tau, leaves | (row_bits(owner, i) << 16u));
+                let leaves = bitcast<u32>(texel.crossed.w) & 0xffffu;
+                let tau = bitcast<vec3<u32>>(texel.crossed.xyz);
+                partials[at + 1u] = vec4(tau, leaves | (texel.owner << 16u));
             }
         } else {
             let sum = sum_index(segment.tile, in_tile + vec2(0u, i));
-            let tau = vec3<i32>(round(to_tau(passed[i] + added[i]) * FIXED_ONE));
+            let tau = vec3<i32>(round(to_tau(texel.passed + texel.added) * FIXED_ONE));
             if HAS_VOLUMES {
-                add_to_sums(sum, bitcast<vec3<u32>>(tau + crossed[i].xyz));
+                add_to_sums(sum, bitcast<vec3<u32>>(tau + texel.crossed.xyz));
             } else {
                 merge(sum, bitcast<vec3<u32>>(tau));
             }

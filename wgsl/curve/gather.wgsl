@@ -1,184 +1,203 @@
-// Accumulator: curves of an invocation's texels. CPU reference: crates/gobo-reference/src/curve/tile.rs.
+// Accumulator: curves of an invocation's texels, as lists of nodes. CPU reference:
+// crates/gobo-reference/src/curve/tile.rs.
 
 import package::bind::sampled::opaques;
-import package::curve::lights::{Lights, black, fixed, minus, plus, scaled, selected, white};
-import package::curve::list::{adding, clear_list, insert, is_saturated, last_end, merge_nodes, overfull};
+import package::curve::list::{Insertion, clear_lists, fixed, insert, is_saturated, last_end, merge_lists};
 import package::curve::node::DEPTHS;
-import package::curve::volumes::{Ramp, clear_volumes, count_late, nearest_inside};
+import package::curve::visit_hits::join_delayed;
+import package::curve::volumes::{Ramp, Unentered, count_late};
 import package::features::{FAINT, HAS_OVER, HAS_VOLUMES, unrolled};
-import package::hit::hit_order::{clear_order, front_depths, start_keys};
+import package::hit::hit_order::{NO_HIT, OrderedHit, depths_of_keys, least_depth};
 import package::records::view::GpuView;
-import package::sums::sums::{FULL, VISIBLE_PRESENCE};
+import package::sums::sums::keep;
 import choice::nodes::{laid_aside, lay_aside, lay_kept};
-import choice::rows::{ROW_COUNT, RowBits, RowIs, Rows, any_row, with_row};
-import choice::visit::join_delayed;
+import choice::rows::ROW_COUNT;
+import choice::waiting::clear_waiting;
 
 const ROWS: u32 = ROW_COUNT; // texels that an invocation holds, in a column
 
 const TRACE: f32 = 0.0000152587890625; // presence below which hits set no start or end: 2^-16
 
+struct Texel {
+    opaque: f32,       // light depths: of the opaque surface, and of the nearest visible hit
+    nearest: f32,
+    passed: vec3<f32>, // with `keeps`: light behind all hits; otherwise that light is laid aside
+    lost: vec3<f32>,   // with `keeps`: absorbed, not yet multiplied into `passed`
+    traces: f32,       // presence of the hits since one set a start or an end, with `FAINT`
+    // Hits that have not been inserted into the curve; start 2 if there are none.
+    open_start: f32,
+    open_end: f32,
+    open_light: vec3<f32>,
+    open_added: vec3<f32>, // by `over`
+    // Scale of the affine transfer of all hits, for light that comes from behind a segment.
+    scale: vec3<f32>,
+    // Light that passes all hits except volumes, and the scale of that affine transfer.
+    surface_light: vec3<f32>,
+    surface_scale: vec3<f32>,
+    // Order of hits:
+    keys: vec2<f32>,     // light depths of depth keys 0 and 1
+    last_left: f32,      // light depth of the last hit that left
+    delayed: OrderedHit, // has left, but comes behind a volume's ramp that is inserted first
+    // List:
+    latest: u32,    // largest start of a hit so far
+    overfull: bool, // whether the curve has one node too many
+    alone: u32,     // bit k: node k is a single hit, not merged
+    // Volumes:
+    crossed: vec4<i32>, // sums over all faces, as in nearest-depth mode
+    density: vec3<f32>, // optical depth per light depth, behind `last_face`, of those entered and not left
+    last_face: f32,
+    unentered: Unentered,
+}
+
 var<private> corner: vec2<f32>; // first of the texels, in the view's map
-var<private> opaque_depth: Rows;
-var<private> nearest: Rows;
-var<private> passed: Lights; // with `keeps`: light behind all hits; otherwise that light is laid aside
-var<private> lost: Lights;   // with `keeps`: absorbed, not yet multiplied into `passed`
-var<private> traces: Rows;   // presence of the hits since one set a start or an end, with `FAINT`
-// Hits that have not been inserted into the curve; start 2 if there are none.
-var<private> open_start: Rows;
-var<private> open_end: Rows;
-var<private> open_light: Lights;
-var<private> open_added: Lights; // added by `over`
-// Scale of the affine transfer of all hits, for light that comes from behind a segment.
-var<private> scale: Lights;
+var<private> texels: array<Texel, ROWS>;
 
 // Whether faint absorption is kept apart: only where hits do nothing but pass light on.
 fn keeps() -> bool {
     return FAINT && !HAS_OVER && !HAS_VOLUMES;
 }
 
+fn new_texel() -> Texel {
+    var fresh = Texel();
+    fresh.opaque = 1.0;
+    fresh.nearest = 1.0;
+    fresh.passed = vec3(1.0);
+    fresh.open_start = 2.0;
+    fresh.open_light = vec3(1.0);
+    fresh.scale = vec3(1.0);
+    fresh.surface_light = vec3(1.0);
+    fresh.surface_scale = vec3(1.0);
+    fresh.last_left = -1.0;
+    fresh.delayed = NO_HIT;
+    return fresh;
+}
+
 fn start(view: GpuView, texel: vec2<u32>) {
     corner = vec2<f32>(texel);
-    nearest = Rows(1.0);
-    passed = white();
-    lost = black();
-    traces = Rows(0.0);
-    open_start = Rows(2.0);
-    open_end = Rows(0.0);
-    open_light = white();
-    open_added = black();
-    scale = white();
-    opaque_depth = Rows(1.0);
-    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        let at = view.origin + texel + vec2(0u, i);
-        opaque_depth = with_row(opaque_depth, i, textureLoad(opaques, at, view.layer, 0).r);
-    }
-    clear_list(texel);
-    lay_aside(white(), RowIs(false));
-    clear_volumes();
-    if HAS_OVER || HAS_VOLUMES {
-        clear_order();
-    }
-    if HAS_OVER {
-        start_keys(view, corner);
+    clear_lists(texel);
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        texels[i] = new_texel();
+        texels[i].opaque = textureLoad(opaques, view.origin + texel + vec2(0u, i), view.layer, 0).r;
+        lay_aside(i, vec3(1.0), false);
+        if HAS_OVER || HAS_VOLUMES {
+            clear_waiting(i);
+        }
+        if HAS_OVER {
+            texels[i].keys = depths_of_keys(view, corner + vec2(0.5, f32(i) + 0.5));
+        }
     }
 }
 
-fn kept(light: Rows, absorbed: Rows) -> Rows {
-    return select(light, light * (1.0 - absorbed), absorbed > Rows(FULL));
-}
-
-fn pending(absorbed: Rows) -> Rows {
-    return select(absorbed, Rows(0.0), absorbed > Rows(FULL));
-}
-
-fn keep(absorbed: Lights) {
-    let all = plus(lost, scaled(absorbed, minus(white(), lost)));
-    passed = Lights(kept(passed.red, all.red), kept(passed.green, all.green), kept(passed.blue, all.blue));
-    lost = Lights(pending(all.red), pending(all.green), pending(all.blue));
-}
-
-// Adds a hit to the open ones. `absorbed`: 1 - `light`, precise where light is next to 1.
-fn join(light: Lights, absorbed: Lights, depth: Rows, presence: Rows) -> RowIs {
-    open_light = scaled(open_light, light);
-    var placed = presence >= Rows(TRACE);
+// Adds a hit to the open ones; returns whether it must be inserted before the next caster. `absorbed`: 1 -
+// its light, precise where that is next to 1; not read with `over` or volumes.
+fn join(t: ptr<function, Texel>, hit: OrderedHit, absorbed: vec3<f32>) -> bool {
+    (*t).open_light *= hit.light;
     if keeps() {
-        keep(absorbed);
+        let kept = keep((*t).passed, (*t).lost, absorbed);
+        (*t).passed = kept.passed;
+        (*t).lost = kept.lost;
     }
+    var placed = hit.presence >= TRACE;
     if FAINT {
         // Many hits below `TRACE` share a depth.
-        traces += presence;
-        placed = traces >= Rows(TRACE);
-        traces = select(traces, Rows(0.0), placed);
+        let traces = (*t).traces + hit.presence;
+        placed = traces >= TRACE;
+        (*t).traces = select(traces, 0.0, placed);
     }
     // Faster than min and max, which must handle NaNs.
-    open_start = select(open_start, depth, placed & (depth < open_start));
-    open_end = select(open_end, depth, placed & (depth > open_end));
+    (*t).open_start = select((*t).open_start, hit.depth, placed & (hit.depth < (*t).open_start));
+    (*t).open_end = select((*t).open_end, hit.end, placed & (hit.end > (*t).open_end));
+    if HAS_OVER || HAS_VOLUMES {
+        (*t).scale *= hit.light;
+        (*t).surface_light *= hit.light;
+        (*t).surface_scale *= hit.light;
+    }
+    if HAS_OVER {
+        (*t).open_added = (*t).open_added * hit.light + hit.added;
+        (*t).surface_light += hit.added;
+    }
     return placed;
 }
 
-// Adds light that is no hit's to the open hits.
-fn join_rest(light: Lights) {
-    open_light = scaled(open_light, light);
+// Adds light that is no hit's to the open hits, with a stretch of light depths where `is` holds.
+fn join_rest(t: ptr<function, Texel>, light: vec3<f32>, start: f32, end: f32, is: bool) {
+    (*t).open_light *= light;
     if keeps() {
-        passed = scaled(passed, light);
+        (*t).passed *= light;
     }
-}
-
-fn join_ramp(ramp: Ramp) -> RowIs {
-    count_late(ramp);
-    let light = selected(white(), ramp.light, ramp.is);
-    join_rest(light);
-    scale = scaled(scale, light);
     if HAS_OVER {
-        open_added = scaled(open_added, light);
+        (*t).open_added *= light;
     }
-    open_start = select(open_start, min(open_start, ramp.start), ramp.is);
-    open_end = select(open_end, max(open_end, ramp.end), ramp.is);
+    (*t).open_start = select((*t).open_start, min((*t).open_start, start), is);
+    (*t).open_end = select((*t).open_end, max((*t).open_end, end), is);
+}
+
+fn join_ramp(t: ptr<function, Texel>, ramp: Ramp) -> bool {
+    count_late(ramp);
+    let light = select(vec3(1.0), ramp.light, ramp.is);
+    join_rest(t, light, ramp.start, ramp.end, ramp.is);
+    (*t).scale *= light;
     return ramp.is;
-}
-
-// Lowers the nearest depth to a visible hit's.
-fn see(depth: Rows, presence: Rows) {
-    nearest = select(nearest, depth, (presence >= Rows(VISIBLE_PRESENCE)) & (depth < nearest));
-}
-
-// Whether open hits must be inserted before the next caster.
-fn must_flush(placed: RowIs) -> bool {
-    return any_row(placed);
-}
-
-// Merges nodes where the last insertion left too many.
-fn merge() {
-    merge_nodes();
-    lay_kept();
 }
 
 // Inserts open hits into the curves.
 fn flush() {
-    let goes = open_start <= Rows(1.0);
-    let behind = laid_aside();
-    let all = total_light();
-    if HAS_OVER {
-        adding = open_added;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        var texel = texels[i];
+        flush_texel(&texel, i);
+        join_delayed(&texel);
+        texels[i] = texel;
     }
-    insert(fixed(open_start), fixed(open_end), open_light, all, goes);
-    lay_aside(selected(behind, all, goes), overfull);
-    open_light = selected(open_light, white(), goes);
-    if HAS_OVER {
-        open_added = selected(open_added, black(), goes);
-    }
-    open_start = select(open_start, Rows(2.0), goes);
-    open_end = select(open_end, Rows(0.0), goes);
-    join_delayed();
 }
 
-fn total_light() -> Lights {
-    if keeps() {
-        return scaled(passed, minus(white(), lost));
+fn flush_texel(t: ptr<function, Texel>, i: u32) {
+    let goes = (*t).open_start <= 1.0;
+    let behind = laid_aside(i);
+    let all = total_light(t, i);
+    let span = (fixed((*t).open_start) << 16u) | fixed((*t).open_end);
+    insert(t, i, Insertion(span, (*t).open_light, (*t).open_added, all, goes));
+    lay_aside(i, select(behind, all, goes), (*t).overfull);
+    (*t).open_light = select((*t).open_light, vec3(1.0), goes);
+    (*t).open_added = select((*t).open_added, vec3(0.0), goes);
+    (*t).open_start = select((*t).open_start, 2.0, goes);
+    (*t).open_end = select((*t).open_end, 0.0, goes);
+}
+
+// Merges nodes where the last insertion left too many.
+fn merge() {
+    merge_lists();
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        lay_kept(i);
     }
-    let filtered = scaled(laid_aside(), open_light);
+}
+
+fn total_light(t: ptr<function, Texel>, i: u32) -> vec3<f32> {
+    if keeps() {
+        return (*t).passed * (1.0 - (*t).lost);
+    }
+    let filtered = laid_aside(i) * (*t).open_light;
     if HAS_OVER {
-        return plus(filtered, open_added);
+        return filtered + (*t).open_added;
     }
     return filtered;
 }
 
-fn nearest_seen() -> Rows {
-    if HAS_VOLUMES {
-        return nearest_inside(nearest);
-    }
-    return nearest;
+// Nearest depth: 0 if the light is inside a volume.
+fn nearest_of(texel: Texel) -> f32 {
+    return select(texel.nearest, 0.0, HAS_VOLUMES && texel.crossed.w > 0);
 }
 
-// Whether nothing at or behind light depth `front` can change these texels. Valid only at the end of a slab.
+// Whether nothing at or behind `front` can change these texels. Valid only at the end of a slab.
 fn settled(front: f32) -> bool {
     if HAS_VOLUMES {
         return false;
     }
-    let depth = front_depths(front);
-    if HAS_OVER {
-        return !any_row(opaque_depth > depth);
+    var open = false;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        let depth = least_depth(texels[i].keys, front);
+        let ends = (last_end(i) <= u32(depth * DEPTHS)) & (texels[i].nearest <= depth);
+        let closed = is_saturated(i) & !texels[i].overfull & ends;
+        open = open | (!closed & (texels[i].opaque > depth));
     }
-    let closed = is_saturated() & !overfull & (last_end() <= RowBits(depth * DEPTHS)) & (nearest <= depth);
-    return !any_row(!closed & (opaque_depth > depth));
+    return !open;
 }

@@ -1,12 +1,12 @@
 // Slabs: runs of a segment's pairs, the same for all texels. A walk may end behind each. CPU reference:
 // crates/gobo-reference/src/curve/tile.rs, `walk`.
 
+import package::curve::visit_hits::{join_waiting, waiting_steps};
 import package::features::NODES;
 import package::records::footprint::{footprint_key, load_footprint};
 import package::records::view::GpuView;
 import choice::output::{is_scattered, open_rest, tile_steps};
 import choice::records::pair_record;
-import choice::visit::{join_waiting, waiting_steps};
 
 const SLAB_PAIRS: u32 = 128u; // at most, besides pairs as deep as the last
 

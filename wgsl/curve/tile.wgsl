@@ -6,21 +6,17 @@ import package::bind::read::scattered_tiles;
 import package::bind::stored::{curves, filters, nearests};
 import package::curve::blank::stays_blank;
 import package::curve::bodies::split_bodies;
-import package::curve::gather::{
-    corner, join_ramp, join_rest, nearest, nearest_seen, open_added, open_end, open_start, total_light,
-};
-import package::curve::lights::{light_row, scaled};
+import package::curve::gather::{ROWS, corner, join_ramp, join_rest, nearest_of, texels, total_light};
 import package::curve::list::{disordered, last_end};
 import package::curve::node::{DEPTHS, curve_layer};
-import package::curve::overflow::{is_light, overflowed, rest_light};
-import package::curve::stored::{begin_stored, stored_node, stored_pair};
+import package::curve::overflow::{overflowed, rest_light};
+import package::curve::stored::{begin_stored, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
-import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
+import package::features::{HAS_VOLUMES, NODES, unrolled};
 import package::records::tile::{Tile, tile_number_of};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
-import choice::rows::{ROW_COUNT, Rows, row};
 
 var<private> walked_tile: u32;
 var<private> is_blank: bool;
@@ -37,7 +33,7 @@ fn stays_empty(view: GpuView, texel: vec2<u32>, tile: Tile) -> bool {
 }
 
 fn store_empty(view: GpuView, texel: vec2<u32>) {
-    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let at = view.origin + texel + vec2(0u, i);
         textureStore(filters, at, view.layer, vec4(1.0));
         textureStore(nearests, at, view.layer, vec4(1.0));
@@ -58,33 +54,30 @@ fn tile_steps() -> u32 {
 }
 
 fn open_rest(view: GpuView, step: u32) {
-    if HAS_VOLUMES && step + 1u < rest_steps() {
-        let ramps = join_ramp(begin_inside(step));
-        return;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        var texel = texels[i];
+        if HAS_VOLUMES && step + 1u < rest_steps() {
+            let is_ramp = join_ramp(&texel, begin_inside(texel.unentered, step));
+        } else {
+            let in_tile = vec2<u32>(corner) % TILE_SIZE + vec2(0u, i);
+            let rest = overflowed(sum_index(walked_tile, in_tile), is_scattered());
+            let light = rest_light(texel, rest, total_light(&texel, i));
+            let depth = select(texel.nearest, rest.depth, rest.depth < 1.0);
+            let behind = max(depth, f32(last_end(i)) * (1.0 / DEPTHS));
+            join_rest(&texel, light, behind, behind, any(light != vec3(1.0)));
+            texel.nearest = min(texel.nearest, rest.depth);
+        }
+        texels[i] = texel;
     }
-    let in_tile = vec2<u32>(corner) % TILE_SIZE;
-    let rest = overflowed(sum_index(walked_tile, in_tile), is_scattered());
-    let light = rest_light(rest, total_light());
-    let depth = select(nearest, rest.depth, rest.depth < Rows(1.0));
-    let behind = max(depth, Rows(last_end()) * (1.0 / DEPTHS));
-    let some = is_light(light);
-    join_rest(light);
-    if HAS_OVER {
-        open_added = scaled(open_added, light);
-    }
-    open_start = select(open_start, min(open_start, behind), some);
-    open_end = select(open_end, max(open_end, behind), some);
-    nearest = min(nearest, rest.depth);
 }
 
 fn store_tile(view: GpuView, texel: vec2<u32>) {
-    let depth = nearest_seen();
-    let all = total_light();
     let at = view.origin + vec2<u32>(corner);
-    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let texel_at = at + vec2(0u, i);
-        textureStore(filters, texel_at, view.layer, vec4(blackened(light_row(all, i)), 1.0));
-        textureStore(nearests, texel_at, view.layer, vec4(row(depth, i)));
+        var done = texels[i];
+        textureStore(filters, texel_at, view.layer, vec4(blackened(total_light(&done, i)), 1.0));
+        textureStore(nearests, texel_at, view.layer, vec4(nearest_of(done)));
     }
     for (var turn = u32(is_blank); turn < 1u; turn += 1u) {
         split_bodies();
@@ -97,13 +90,12 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 
 // `at`: first of the texels, in the atlas.
 fn store_curves(view: GpuView, at: vec2<u32>) {
-    begin_stored();
-    for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
-        let first = stored_node(2u * pair);
-        let second = stored_node(2u * pair + 1u);
-        let layer = curve_layer(view.layer, pair);
-        for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-            textureStore(curves, at + vec2(0u, i), layer, stored_pair(first, second, i));
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        var left = vec3(1.0);
+        begin_stored(i);
+        for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
+            let layer = curve_layer(view.layer, pair);
+            textureStore(curves, at + vec2(0u, i), layer, stored_pair(i, pair, &left));
         }
     }
 }

@@ -2,27 +2,23 @@
 // with order-dependent blending or volumes, after the hits in front of it.
 
 import package::bind::uniform::materials;
-import package::curve::gather::{
-    TRACE, corner, join, join_ramp, must_flush, opaque_depth, open_added, open_end, scale, see,
-};
-import package::curve::lights::{Lights, black, difference, plus, scaled, with_light};
-import package::curve::overflow::is_light;
-import package::curve::volumes::{change_density, crossed, surface_light, surface_scale};
-import package::features::{HAS_BRICKS, HAS_CAPSULES, HAS_MEDIA, HAS_OVER, HAS_PUFFS, HAS_VOLUMES, unrolled};
+import package::curve::gather::{ROWS, TRACE, Texel, corner, join, join_ramp, texels};
+import package::curve::volumes::change_density;
+import package::features::{HAS_BRICKS, HAS_OVER, HAS_VOLUMES, unrolled};
 import package::hit::brick::{ramp_count, ramp_index, ramps_of};
 import package::hit::caster_hit::{Faced, faced_hit, set_up};
 import package::hit::crossing::{face_crossing, volume_face};
 import package::hit::hit::{Hit, MISS};
-import package::hit::hit_order::{Hits, WAITING, delayed, no_hits, pass_on, with_hit};
+import package::hit::hit_order::{NO_HIT, OrderedHit, WAITING, ordered_hit, pass_on};
 import package::records::brick::brick_of;
 import package::records::caster::particle_object;
 import package::records::footprint::{Footprint, caster_of, load_footprint};
 import package::records::material::SHAPE_BRICK;
 import package::records::view::GpuView;
+import package::sums::sums::VISIBLE_PRESENCE;
 import package::traversal::lane::shared_index;
 import package::traversal::lane_caster::{Payload, visited};
-import choice::rows::{ROW_COUNT, RowIs, Rows, any_row, row, with_row};
-import choice::waiting::take_hits;
+import choice::waiting::take_hit;
 
 // Whether the caster was visited for all of its ramps.
 fn is_whole() -> bool {
@@ -41,71 +37,86 @@ fn close_ramp() {
     ramp_count = 0u;
 }
 
-fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, i: u32) -> Hit {
-    let opaque = row(opaque_depth, i);
-    let hit = faced_hit(view, footprint, faced, corner + vec2(0.5, f32(i) + 0.5), opaque);
+fn hit_texel(view: GpuView, footprint: Footprint, faced: Faced, at: vec2<f32>, opaque: f32) -> Hit {
+    let hit = faced_hit(view, footprint, faced, at, opaque);
     if !(hit.depth >= 0.0 && hit.depth < opaque) {
         return MISS;
     }
     return hit;
 }
 
-// `came`, with the faces of volumes.
-fn with_faces(came: Hits, view: GpuView, footprint: Footprint) -> Hits {
-    var all = came;
-    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        let face = volume_face(view, footprint, corner + vec2(0.5, f32(i) + 0.5), row(opaque_depth, i));
-        crossed[i] += face_crossing(face);
-        let absorbed = face.metres * face.absorption * f32(-face.leaves);
-        all.depth = with_row(all.depth, i, select(face.depth, row(all.depth, i), face.leaves == 0));
-        all.change = with_light(all.change, i, select(absorbed, vec3(0.0), face.leaves == 0));
-    }
-    return all;
+// `came`, with the face of a volume.
+fn with_face(
+    came: OrderedHit,
+    view: GpuView,
+    footprint: Footprint,
+    t: ptr<function, Texel>,
+    at: vec2<f32>,
+) -> OrderedHit {
+    let face = volume_face(view, footprint, at, (*t).opaque);
+    (*t).crossed += face_crossing(face);
+    let absorbed = face.metres * face.absorption * f32(-face.leaves);
+    var both = came;
+    both.depth = select(face.depth, came.depth, face.leaves == 0);
+    both.change = select(absorbed, vec3(0.0), face.leaves == 0);
+    return both;
 }
 
-// Returns true if the hits must be inserted at once. A brick is visited once per ramp. The previous caster's
-// delayed hits are joined first, and so need no registers meanwhile.
+// Returns whether the hits must be inserted at once. A brick is visited once per ramp. The previous caster's
+// delayed hit is joined first, and so needs no registers meanwhile.
 fn visit(view: GpuView, footprint: Footprint) -> bool {
-    join_delayed();
     let faced = set_up(view, footprint);
     open_ramp(footprint, faced);
-    var came = no_hits();
-    var absorbed = black();
-    var starts = came.depth;
-    for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-        let hit = hit_texel(view, footprint, faced, i);
-        came = with_hit(came, i, hit);
-        starts = with_row(starts, i, hit.start);
-        absorbed = with_light(absorbed, i, hit.absorbed);
+    var placed = false;
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        var texel = texels[i];
+        join_delayed(&texel);
+        let at = corner + vec2(0.5, f32(i) + 0.5);
+        let hit = hit_texel(view, footprint, faced, at, texel.opaque);
+        var came = ordered_hit(hit);
+        let sees = (came.presence >= VISIBLE_PRESENCE) & (came.depth < texel.nearest);
+        texel.nearest = select(texel.nearest, came.depth, sees);
+        came.depth = hit.start;
+        if HAS_VOLUMES {
+            came = with_face(came, view, footprint, &texel, at);
+        }
+        if HAS_OVER || HAS_VOLUMES {
+            came = leave_order(&texel, i, came);
+        }
+        if HAS_VOLUMES {
+            placed = delay(&texel, came) | placed;
+        } else {
+            placed = join(&texel, came, hit.absorbed) | placed;
+        }
+        texels[i] = texel;
     }
     close_ramp();
-    see(came.depth, came.presence);
-    came.depth = starts;
-    if HAS_VOLUMES {
-        return delay(pass_on(with_faces(came, view, footprint)));
-    }
-    if HAS_OVER {
-        came = pass_on(came);
-    }
-    return must_flush(join_hits(came, absorbed));
+    return placed;
 }
 
-// Continues the volumes to hits, which are joined behind the volumes' ramps. Returns true if these ramps must
-// be inserted.
-fn delay(hits: Hits) -> bool {
-    delayed = hits;
+// The hit that leaves the order in exchange for the one that came.
+fn leave_order(t: ptr<function, Texel>, i: u32, came: OrderedHit) -> OrderedHit {
+    let left = pass_on(i, came, (*t).last_left);
+    (*t).last_left = max((*t).last_left, left.depth);
+    return left;
+}
+
+// Continues the volumes to a hit, which is joined behind the volumes' ramp. Returns whether the ramp or the
+// hit must be inserted.
+fn delay(t: ptr<function, Texel>, hit: OrderedHit) -> bool {
+    (*t).delayed = hit;
     // A clear surface of a volume takes no node.
-    let acts = is_light(hits.light) | (difference(hits.added, black()) > Rows(0.0));
-    delayed.presence = select(Rows(0.0), hits.presence, acts);
-    let ramps = join_ramp(change_density(hits.depth, hits.change));
-    return any_row(ramps | (delayed.presence >= Rows(TRACE)));
+    let acts = any(hit.light != vec3(1.0)) | any(hit.added != vec3(0.0));
+    (*t).delayed.presence = select(0.0, hit.presence, acts);
+    let is_ramp = join_ramp(t, change_density(t, hit.depth, hit.change));
+    return is_ramp | ((*t).delayed.presence >= TRACE);
 }
 
-// Joins the hits behind volumes' ramps.
-fn join_delayed() {
+// Joins the hit behind the volumes' ramp.
+fn join_delayed(t: ptr<function, Texel>) {
     if HAS_VOLUMES {
-        let placed = join_hits(delayed, black());
-        delayed = no_hits();
+        let placed = join(t, (*t).delayed, vec3(0.0));
+        (*t).delayed = NO_HIT;
     }
 }
 
@@ -115,34 +126,20 @@ fn visit_lane(view: GpuView, payload: Payload, lane: u32, is_triangle: bool) -> 
     return subgroupAny(visit(view, visited(footprint, is_triangle)));
 }
 
-// `absorbed` is not read with `over` or volumes.
-fn join_hits(hits: Hits, absorbed: Lights) -> RowIs {
-    let placed = join(hits.light, absorbed, hits.depth, hits.presence);
-    if HAS_PUFFS || HAS_MEDIA || HAS_BRICKS || HAS_CAPSULES {
-        open_end = select(open_end, max(open_end, hits.end), placed);
-    }
-    if HAS_OVER || HAS_VOLUMES {
-        scale = scaled(scale, hits.light);
-        surface_light = scaled(surface_light, hits.light);
-        surface_scale = scaled(surface_scale, hits.light);
-    }
-    if HAS_OVER {
-        open_added = plus(scaled(open_added, hits.light), hits.added);
-        surface_light = plus(surface_light, hits.added);
-    }
-    return placed;
-}
-
 // Steps for hits that wait in order: they are joined behind all pairs, one of each texel at a time.
 fn waiting_steps() -> u32 {
     return select(0u, WAITING, HAS_OVER || HAS_VOLUMES);
 }
 
 fn join_waiting() {
-    if HAS_VOLUMES {
-        join_delayed();
-        let ramps = delay(take_hits());
-    } else {
-        let placed = join_hits(take_hits(), black());
+    for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        var texel = texels[i];
+        if HAS_VOLUMES {
+            join_delayed(&texel);
+            let placed = delay(&texel, take_hit(i));
+        } else {
+            let placed = join(&texel, take_hit(i), vec3(0.0));
+        }
+        texels[i] = texel;
     }
 }

@@ -3,13 +3,13 @@
 // previous one, and leaves hits behind the next front to the next. CPU reference:
 // crates/gobo-reference/src/accumulate.rs, which sorts all hits of a ray.
 
-import package::accumulator::filter::{body_before, body_faces, body_from, start};
+import package::accumulator::filter::{ROWS, body_faces, start, texels};
 import package::bind::read::{dispatches, segments};
 import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::entry::walk::{SHARES, SHARE_LANES, share_texel};
-import package::features::HAS_OVER;
-import package::hit::hit_order::front_depths;
+import package::features::{HAS_OVER, unrolled};
+import package::hit::hit_order::least_depth;
 import package::records::batch::{SEGMENT_DISPATCH, workgroup_number};
 import package::records::footprint::{front_depth, load_footprint};
 import package::records::record::record_texel;
@@ -18,7 +18,6 @@ import package::records::view::GpuView;
 import package::traversal::lane::tile_texel;
 import choice::output::store_segment;
 import choice::records::pair_record;
-import choice::rows::Rows;
 import choice::traversal::walk;
 
 // Pairs at the end of a segment whose hits belong to the next segment if they lie behind its front.
@@ -63,9 +62,12 @@ fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, in_tile: 
             first = select(select(overlapped, first, part == 1u), last, part == 2u);
             end = select(select(end, last, part == 1u), segment.first, part == 0u);
             // Without a next segment, the last part has no pairs.
-            let front = front_depths(pair_front(min(end, tile.end - 1u)));
-            body_from = select(Rows(-1.0), front, part == 0u);
-            body_before = select(Rows(2.0), front, part == 2u);
+            let front = pair_front(min(end, tile.end - 1u));
+            for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+                let depth = least_depth(texels[i].keys, front);
+                texels[i].begin = select(-1.0, depth, part == 0u);
+                texels[i].before = select(2.0, depth, part == 2u);
+            }
             body_faces = part > 0u;
         }
         walk(view, first, end);

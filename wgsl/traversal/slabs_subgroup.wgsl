@@ -11,6 +11,7 @@ import package::curve::list::must_merge;
 import package::curve::slab::{
     Slab, find_steps, first_slab, has_casters, is_within, next_slab, open_behind, steps_behind,
 };
+import package::curve::visit_hits::{is_whole, visit_lane};
 import package::features::{HAS_PARTICLES, HAS_VOLUMES};
 import package::records::footprint::{footprint_key, key_depth, load_footprint};
 import package::records::view::GpuView;
@@ -20,7 +21,6 @@ import package::traversal::lane::{
 import package::traversal::lane_caster::kinds_apart;
 import choice::lane_caster::{Payload, lane_caster_of, payload_of, touches};
 import choice::records::pair_record;
-import choice::visit::{is_whole, visit_lane};
 
 var<private> base: u32; // next pair
 var<private> slab: Slab;

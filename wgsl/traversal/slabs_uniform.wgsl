@@ -6,12 +6,12 @@ import package::curve::list::must_merge;
 import package::curve::slab::{
     Slab, find_steps, first_slab, has_casters, is_within, next_slab, open_behind, steps_behind,
 };
+import package::curve::visit_hits::{is_whole, visit};
 import package::features::{HAS_PARTICLES, HAS_VOLUMES};
 import package::records::footprint::{footprint_key, key_depth, load_footprint};
 import package::records::view::GpuView;
 import package::traversal::lane_caster::{kinds_apart, visited};
 import choice::records::pair_record;
-import choice::visit::{is_whole, visit};
 
 struct Run {
     pair: u32,    // next to visit

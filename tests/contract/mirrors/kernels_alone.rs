@@ -95,6 +95,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "STRETCH",
     "TURN",
     "LAST_CELL",
+    "NO_HIT",
     "NO_PASSAGE",
     "NO_WAY",
     "PANES",
