@@ -126,6 +126,15 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     ..RAY_SEGMENTS
 };
 
+/// Puts back the pages of views that are rendered.
+pub const RELEASE_PAGES: KernelDesc = KernelDesc::new("release_pages", "curve/give_pages.wgsl");
+
+/// Gives a page to each tile with casters.
+pub const GIVE_PAGES: KernelDesc = KernelDesc::new("give_pages", "curve/give_pages.wgsl");
+
+/// Takes them back where they do not suffice.
+pub const SETTLE_PAGES: KernelDesc = KernelDesc::new("settle_pages", "curve/give_pages.wgsl");
+
 /// Curves of tiles of several segments, by two walks.
 pub const RAY_RESOLVE: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,

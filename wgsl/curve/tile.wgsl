@@ -11,8 +11,9 @@ import package::curve::gather::{
 };
 import package::curve::lights::{light_row, scaled};
 import package::curve::list::{disordered, last_end};
-import package::curve::node::{DEPTHS, curve_layer};
+import package::curve::node::DEPTHS;
 import package::curve::overflow::{is_light, overflowed, rest_light};
+import package::curve::pages::{in_page, page_of};
 import package::curve::stored::{begin_stored, stored_node, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
@@ -98,12 +99,13 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 // `at`: first of the texels, in the atlas.
 fn store_curves(view: GpuView, at: vec2<u32>) {
     begin_stored();
+    let page = page_of(at, view.layer);
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
         let first = stored_node(2u * pair);
         let second = stored_node(2u * pair + 1u);
-        let layer = curve_layer(view.layer, pair);
         for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-            textureStore(curves, at + vec2(0u, i), layer, stored_pair(first, second, i));
+            let place = in_page(page, at + vec2(0u, i));
+            textureStore(curves, place.xy, place.z + pair, stored_pair(first, second, i));
         }
     }
 }
