@@ -19,10 +19,11 @@ pub enum CurveMemory {
     /// In each texel of the maps.
     #[default]
     Whole,
-    /// In pages of 16 x 16 texels, for tiles that casters touch: as many as the frames before needed, at first a
-    /// quarter of all. While they do not suffice, curves have a single node, of all light that is filtered, at
-    /// the nearest depth; `Counters::short_tiles` says so, and `Shadows::grow_from` makes room. Without
-    /// [`ShadowSettings::soften`] and [`ShadowSettings::blur`], which write curves where no caster is.
+    /// In pages of 16 x 16 texels, for tiles that casters touch: as many as the frames before needed, at
+    /// first a quarter of all and at least 1024. While they do not suffice, curves of some tiles have a
+    /// single node, which takes all light that is filtered at the nearest depth: `Counters::short_tiles` says
+    /// so, and `Shadows::grow_from` makes room. With [`ShadowSettings::soften`] and
+    /// [`ShadowSettings::blur`], which write curves where no caster is, it is [`Self::Whole`].
     Counted,
 }
 

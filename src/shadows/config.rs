@@ -61,8 +61,8 @@ impl Config {
         self.settings.curve_nodes()
     }
 
-    /// Whether curves are in pages.
-    pub(super) fn has_pages(&self) -> bool {
+    /// Whether curves may be in pages.
+    pub(super) fn counts_curves(&self) -> bool {
         let settings = &self.settings;
         let is_counted = settings.curve_memory == CurveMemory::Counted && self.nodes() > 0;
         is_counted && settings.blur == 0 && !settings.soften && !self.toggles.sums

@@ -1,4 +1,4 @@
-//! Pair counts of lists, taken before any walk.
+//! Scratch memory of a frame, and counts of pairs and pages, taken before any walk.
 use super::{
     Maps,
     batch::{
@@ -9,26 +9,69 @@ use super::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, Memory, Timeline},
+    gpu::{Allocator, Memory, Timeline, allocated},
 };
 use std::sync::Arc;
 
 /// Room that lists need.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Needed {
-    /// Of the largest list.
+    /// Pairs of the largest list.
     pub pairs: u32,
-    /// Pages of the curves of all.
+    /// Pages of the curves of all lists.
     pub pages: u32,
 }
 
 impl Request<'_> {
+    /// Scratch memory of the batches, an earlier frame's if that is large enough, and its size; then the
+    /// number of pages that curves need, if they are counted.
+    pub(super) fn scratch(
+        &self,
+        earlier: Option<(Arc<Scratch>, Memory)>,
+        plans: &mut [BatchPlan],
+        maps: &Maps,
+    ) -> Result<((Arc<Scratch>, Memory), Option<u32>), Error> {
+        let (device, config) = (self.kernels.device(), self.config);
+        let fits = |scratch: &Scratch| scratch.fits(device, config, plans, self.pairs);
+        let usable = earlier.filter(|(scratch, _)| fits(scratch));
+        let mut scratch = usable.map_or_else(|| self.new_scratch(plans, self.pairs), Ok)?;
+        if !config.toggles.count_first {
+            return Ok((scratch, None));
+        }
+        // Curves that are there have their pages.
+        let counts_pages = maps.has_pages() && maps.pages.count == 0;
+        let pages_of = counts_pages.then_some(maps);
+        let mut needed = self.count(plans, &scratch.0, pages_of)?;
+        if needed.pairs > scratch.0.pair_capacity {
+            scratch = self.new_scratch(plans, Some(needed.pairs))?;
+            if pages_of.is_some() {
+                needed = self.count(plans, &scratch.0, pages_of)?;
+            }
+        }
+        Ok((scratch, pages_of.map(|_| needed.pages)))
+    }
+
+    fn new_scratch(
+        &self,
+        plans: &[BatchPlan],
+        pairs: Option<u32>,
+    ) -> Result<(Arc<Scratch>, Memory), Error> {
+        let &Self { config, .. } = self;
+        let mut memory = Memory::default();
+        let mut allocator = Allocator::new(self.kernels.device(), &mut memory);
+        let nodes = config.nodes();
+        let scratch = allocated(allocator.device, || {
+            Scratch::new(&mut allocator, config, plans, pairs, nodes)
+        })?;
+        Ok((Arc::new(scratch), memory))
+    }
+
     /// Replaces the bounds of lists by counts where the bounds leave open whether all pairs fit and every
     /// tile is one segment. Submits and waits. With a slow driver compiler, a first frame takes half the
     /// time, because kernels that are not needed are not compiled.
     ///
     /// `pages_of`: maps whose curves are to be in pages, and have none yet.
-    pub(super) fn count(
+    fn count(
         &self,
         plans: &mut [BatchPlan],
         scratch: &Arc<Scratch>,

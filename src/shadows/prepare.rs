@@ -148,11 +148,10 @@ impl MapSet {
 
     /// Allocates curves in pages, if the configuration asks for them. `pages`: their number, if known.
     fn add_pages(&mut self, request: &Request<'_>, pages: Option<u32>) -> Result<(), Error> {
-        if !request.config.has_pages() || self.maps.has_pages() {
+        if !self.maps.has_pages() || self.maps.pages.count > 0 {
             return Ok(());
         }
-        let tiles = self.maps.pages.tile_count();
-        let count = pages.unwrap_or(tiles / 4).clamp(1, tiles);
+        let count = self.maps.pages.room(pages);
         let device = request.kernels.device();
         let mut allocator = Allocator::new(device, &mut self.memory);
         let maps = &mut self.maps;
@@ -203,6 +202,8 @@ impl<'a> Request<'a> {
         let mut plans =
             batch_plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
         for list in plans.iter_mut().flat_map(|plan| &mut plan.lists) {
+            let has_pages = list.filters && set.maps.has_pages();
+            list.features.flags.set(Flags::HAS_PAGES, has_pages);
             let counted = self.counted_frames.filter(|_| list.host.is_none());
             list.expected = if list.host.is_some() {
                 self.expected
@@ -371,51 +372,9 @@ impl<'a> Request<'a> {
             && set.maps.filters.mip_level_count() == 1 + settings.mips
             && set.maps.nodes == nodes
             && set.maps.sums.is_some() == self.config.toggles.sums
-            && set.maps.has_pages() == self.config.has_pages()
+            && set.maps.has_pages_as(self.config)
             && set.maps.pages.suffice(self.pages)
             && same_curves
-    }
-
-    /// Scratch memory of the batches, an earlier frame's if that is large enough, and its size; then the
-    /// number of pages that curves need, if they are counted.
-    fn scratch(
-        &self,
-        earlier: Option<(Arc<Scratch>, Memory)>,
-        plans: &mut [BatchPlan],
-        maps: &Maps,
-    ) -> Result<((Arc<Scratch>, Memory), Option<u32>), Error> {
-        let (device, config) = (self.kernels.device(), self.config);
-        let fits = |scratch: &Scratch| scratch.fits(device, config, plans, self.pairs);
-        let usable = earlier.filter(|(scratch, _)| fits(scratch));
-        let mut scratch = usable.map_or_else(|| self.new_scratch(plans, self.pairs), Ok)?;
-        if !config.toggles.count_first {
-            return Ok((scratch, None));
-        }
-        // Curves that are there have their pages.
-        let pages_of = (config.has_pages() && !maps.has_pages()).then_some(maps);
-        let mut needed = self.count(plans, &scratch.0, pages_of)?;
-        if needed.pairs > scratch.0.pair_capacity {
-            scratch = self.new_scratch(plans, Some(needed.pairs))?;
-            if pages_of.is_some() {
-                needed = self.count(plans, &scratch.0, pages_of)?;
-            }
-        }
-        Ok((scratch, pages_of.map(|_| needed.pages)))
-    }
-
-    fn new_scratch(
-        &self,
-        plans: &[BatchPlan],
-        pairs: Option<u32>,
-    ) -> Result<(Arc<Scratch>, Memory), Error> {
-        let &Self { config, .. } = self;
-        let mut memory = Memory::default();
-        let mut allocator = Allocator::new(self.kernels.device(), &mut memory);
-        let nodes = config.nodes();
-        let scratch = allocated(allocator.device, || {
-            Scratch::new(&mut allocator, config, plans, pairs, nodes)
-        })?;
-        Ok((Arc::new(scratch), memory))
     }
 }
 

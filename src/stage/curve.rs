@@ -126,6 +126,13 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     ..RAY_SEGMENTS
 };
 
+/// Bits of a page's column, and of its row, in its word. WGSL: `wgsl/curve/pages.wgsl`.
+pub const PAGE_BITS: u32 = 10;
+/// Page of tiles without a caster.
+pub const BLANK_PAGE: u32 = 0;
+/// Page of tiles for which there was none.
+pub const SHORT_PAGE: u32 = 1;
+
 /// Puts back the pages of views that are rendered.
 pub const RELEASE_PAGES: KernelDesc = KernelDesc::new("release_pages", "curve/give_pages.wgsl");
 

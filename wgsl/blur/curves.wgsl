@@ -7,8 +7,7 @@ import package::bind::uniform::views;
 import package::blur::separable::COLUMN;
 import package::blur::window::{gaussian, sees, window};
 import package::curve::mean::{Ramp, find_parts, light_before, next_ramp, part_node};
-import package::curve::node::node_of_pair;
-import package::curve::pages::{in_page, page_of};
+import package::curve::node::{curve_layer, node_of_pair};
 import package::features::NODES;
 import package::records::view::GpuView;
 
@@ -19,7 +18,7 @@ var<private> first_off: i32;
 var<private> child_near: f32;
 var<private> per_weight: f32;
 var<private> tap_share: f32;
-var<private> child_place: vec3<u32>; // of its nodes
+var<private> child_at: vec2<i32>;
 
 fn along() -> vec2<i32> {
     return select(vec2(1, 0), vec2(0, 1), COLUMN);
@@ -53,8 +52,7 @@ fn open_window(view: GpuView, at: vec2<i32>, near: f32, ends: vec2<i32>) {
 }
 
 fn start_child(i: u32) {
-    let at = vec2<u32>(first_child + along() * i32(i));
-    child_place = in_page(page_of(at, child_view.layer), at);
+    child_at = first_child + along() * i32(i);
     light_before = vec3(1.0);
     tap_share = child_weight(i);
 }
@@ -64,7 +62,7 @@ fn child_share() -> f32 {
 }
 
 fn child_ramp(k: u32) -> Ramp {
-    let nodes = textureLoad(raw_curves, child_place.xy, child_place.z + k / 2u, 0);
+    let nodes = textureLoad(raw_curves, child_at, curve_layer(child_view.layer, k / 2u), 0);
     var ramp = next_ramp(node_of_pair(nodes, k));
     ramp.start = select(0.0, ramp.start, tap_share > 0.0);
     return ramp;
@@ -87,10 +85,9 @@ fn blur_curves(@builtin(global_invocation_id) id: vec3<u32>) {
     let ramps = select(NODES, 0u, near >= 1.0);
     open_window(view, at, near, ends);
     find_parts(children, ramps, NODES);
-    let place = in_page(page_of(vec2<u32>(at), view.layer), vec2<u32>(at));
     for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
         let first = part_node(2u * pair, children, ramps);
         let second = part_node(2u * pair + 1u, children, ramps);
-        textureStore(curves, place.xy, place.z + pair, vec4(first, second));
+        textureStore(curves, at, curve_layer(view.layer, pair), vec4(first, second));
     }
 }

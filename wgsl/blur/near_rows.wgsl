@@ -4,8 +4,7 @@
 
 import package::bind::sampled::{curves, filters, nearests};
 import package::bind::stored::near_rows;
-import package::curve::node::{DEPTHS, node_start};
-import package::curve::pages::{in_page, page_of};
+import package::curve::node::{DEPTHS, curve_layer, node_start};
 import package::features::NODES;
 import package::records::view::GpuView;
 
@@ -13,8 +12,7 @@ fn curve_start(view: GpuView, at: vec2<i32>) -> f32 {
     if NODES == 0u {
         return 1.0;
     }
-    let place = in_page(page_of(vec2<u32>(at), view.layer), vec2<u32>(at));
-    let start = node_start(textureLoad(curves, place.xy, place.z, 0).xy);
+    let start = node_start(textureLoad(curves, at, curve_layer(view.layer, 0u), 0).xy);
     return select(1.0, (start - 1.0) / DEPTHS, start > 0.0);
 }
 

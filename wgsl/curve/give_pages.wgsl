@@ -1,5 +1,5 @@
-// Pages of curves: those of the views that are rendered are released, then each tile with casters gets one. If
-// there are too few, no tile of the batch has one, so that maps do not depend on who came first. Rust:
+// Pages of curves: those of the views that are rendered are put back, then each tile with casters gets one.
+// If there are too few, no tile of the batch has one, so that maps do not depend on which came first. Rust:
 // src/stage/curve.rs.
 
 import package::bind::changed::{counters, free_pages};
@@ -11,7 +11,7 @@ import package::curve::pages::{BLANK_PAGE, SHORT_PAGE};
 import package::records::batch::{PARTED_DISPATCH, PART_DISPATCH};
 import package::records::record::record_texel;
 import package::records::tile::{Tile, tile_number_of, tile_of};
-import package::records::view::{GpuView, TILE_SIZE};
+import package::records::view::TILE_SIZE;
 
 // Puts a page back. `free_pages` has the number of free pages, then these.
 fn put_back(page: u32) {
@@ -21,7 +21,7 @@ fn put_back(page: u32) {
     }
 }
 
-// curve, release pages: all pages of the views. One invocation per tile.
+// curve, release pages: puts back those of the views. One invocation per tile.
 @compute @workgroup_size(8, 8)
 fn release_pages(@builtin(global_invocation_id) id: vec3<u32>) {
     let view = views[id.z];

@@ -19,6 +19,11 @@ fn grows() -> bool {
     return HAS_GAIN || HAS_OVER;
 }
 
+// Layer of a pair of nodes where curves have no pages.
+fn curve_layer(view_layer: u32, pair: u32) -> u32 {
+    return view_layer * (NODES / 2u) + pair;
+}
+
 // Node `k` of a curve, out of the pair of nodes in its texel.
 fn node_of_pair(pair: vec4<u32>, k: u32) -> vec2<u32> {
     return select(pair.xy, pair.zw, (k & 1u) != 0u);

@@ -1,16 +1,16 @@
-// Where a map's curves are: at its texels' own places, or, with HAS_PAGES, in pages of 16 x 16 texels with all
-// of their nodes, one for each tile that casters touch. Rust: src/shadows/views/curve_pages.rs.
+// Places of the nodes of a map's texels: the texels' own, or, with `HAS_PAGES`, in pages, one for each tile that
+// casters touch. Rust: src/shadows/views/curve_pages.rs.
 
 import package::bind::sampled::{curve_pages, curves, filters, nearests};
-import package::curve::node::{DEPTHS, node_length, node_passed, node_start, packed_node};
+import package::curve::node::{DEPTHS, curve_layer, node_length, node_passed, node_start, packed_node};
 import package::features::{HAS_PAGES, NODES};
 import package::records::view::{GpuView, TILE_SIZE};
 
 // A page by its place: column, row, and its layers.
 const PAGE_BITS: u32 = 10u;
 const PAGE_MASK: u32 = 1023u;
-// The first page holds no node: all tiles without a caster have it. Tiles for which there was no page have the
-// second: its nodes are never read.
+// The first page holds no node: all tiles without a caster have it. Tiles for which there was no page have
+// the second, whose nodes are never read.
 const BLANK_PAGE: u32 = 0u;
 const SHORT_PAGE: u32 = 1u;
 
@@ -23,13 +23,13 @@ fn page_of(at: vec2<u32>, layer: u32) -> u32 {
     return tile.x | (tile.y << PAGE_BITS) | (layer << (2u * PAGE_BITS));
 }
 
-// Where a texel is in a page: x, y, and the layer of its first two nodes.
+// Place of a texel in a page: x, y, and the layer of its first two nodes.
 fn in_page(page: u32, at: vec2<u32>) -> vec3<u32> {
     let tile = vec2(page & PAGE_MASK, (page >> PAGE_BITS) & PAGE_MASK);
-    return vec3(tile * TILE_SIZE + at % TILE_SIZE, (page >> (2u * PAGE_BITS)) * (NODES / 2u));
+    return vec3(tile * TILE_SIZE + at % TILE_SIZE, curve_layer(page >> (2u * PAGE_BITS), 0u));
 }
 
-// Where look-ups find a texel's nodes.
+// Place where look-ups find a texel's nodes.
 struct CurvePlace {
     first: vec3<u32>, // in `curves`
     only: vec2<u32>,  // node of a texel without a page
@@ -37,12 +37,12 @@ struct CurvePlace {
 
 fn curve_place(at: vec2<u32>, layer: u32) -> CurvePlace {
     if !HAS_PAGES {
-        return CurvePlace(vec3(at, layer * (NODES / 2u)), vec2(0u));
+        return CurvePlace(vec3(at, curve_layer(layer, 0u)), vec2(0u));
     }
     let page = page_of(at, layer);
     let is_short = page == SHORT_PAGE;
     var place = CurvePlace(in_page(select(page, BLANK_PAGE, is_short), at), vec2(0u));
-    // A loop: llvmpipe executes what is behind an `if` for all.
+    // A loop, because llvmpipe executes what is behind an `if` in any case.
     for (var turn = 0u; turn < u32(is_short); turn += 1u) {
         place.only = only_node(at, layer);
     }

@@ -6,9 +6,8 @@ import package::bind::sampled::raw_curves;
 import package::bind::stored::curves;
 import package::bind::uniform::views;
 import package::curve::node::{
-    DEPTHS, grows, node_length, node_of_pair, node_passed, node_start, packed_node,
+    DEPTHS, curve_layer, grows, node_length, node_of_pair, node_passed, node_start, packed_node,
 };
-import package::curve::pages::{in_page, page_of};
 import package::features::NODES;
 import package::records::view::GpuView;
 import package::soften::run::{EMPTY_RUN, Run, add_run, load_run, window};
@@ -63,13 +62,12 @@ struct Softened {
     node: vec2<u32>,
 }
 
-// `source`: place of the nodes.
-fn softened(source: vec3<u32>, ramp: vec2<u32>) -> Softened {
+fn softened(view: GpuView, at: vec2<u32>, ramp: vec2<u32>) -> Softened {
     var best = Softened(0u, ramp);
     var least = 3.4e38;
     var light = vec3(1.0);
     for (var k = 0u; k < NODES; k += 1u) {
-        let node = node_of_pair(textureLoad(raw_curves, source.xy, source.z + k / 2u, 0), k);
+        let node = node_of_pair(textureLoad(raw_curves, at, curve_layer(view.layer, k / 2u), 0), k);
         let taken = taken_by(node_passed(node)) + taken_by(node_passed(ramp));
         let free = node_start(node) == 0.0;
         let cost = dot(light, vec3(1.0)) * taken * abs(middle_of(node) - middle_of(ramp));
@@ -96,20 +94,19 @@ fn soften_curve_columns(@builtin(global_invocation_id) id: vec3<u32>) {
     let run = column_run(view, vec2<i32>(view.size), texel);
     let at = view.origin + id.xy;
     // The closest hole's texel.
-    let source_at = select(at, vec2<u32>(run.hole), run.hole.x >= 0.0 && run.moments.x > 0.0);
-    let source = in_page(page_of(source_at, view.layer), source_at);
-    let place = in_page(page_of(at, view.layer), at);
+    let source = select(at, vec2<u32>(run.hole), run.hole.x >= 0.0 && run.moments.x > 0.0);
     var changed = Softened(NODES, vec2(0u));
     if run.moments.x > 0.0 {
         let span = ramp(run);
         let start = u32(clamp(round(span.x * DEPTHS), 1.0, DEPTHS));
         let passing = max(1.0 - run.blocked, vec3(0.0));
-        changed = softened(source, packed_node(start, (span.y - span.x) * DEPTHS, passing));
+        changed = softened(view, source, packed_node(start, (span.y - span.x) * DEPTHS, passing));
     }
     for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
-        let nodes = textureLoad(raw_curves, source.xy, source.z + pair, 0);
+        let layer = curve_layer(view.layer, pair);
+        let nodes = textureLoad(raw_curves, source, layer, 0);
         let first = select(nodes.xy, changed.node, changed.index == 2u * pair);
         let second = select(nodes.zw, changed.node, changed.index == 2u * pair + 1u);
-        textureStore(curves, place.xy, place.z + pair, vec4(first, second));
+        textureStore(curves, at, layer, vec4(first, second));
     }
 }

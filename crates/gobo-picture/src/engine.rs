@@ -64,11 +64,7 @@ pub(super) fn settings(scene: &Scene, reads_maps: bool) -> ShadowSettings {
     let filters = |material| Class::FILTERING.contains(&Class::of(material));
     let has_curves = reads_maps || scene.shadow.soften || scene.materials.iter().any(filters);
     let receiver = if has_curves { scene.shadow.receiver } else { Receiver::Nearest };
-    let curve_memory = if std::env::var_os("GOBO_WHOLE").is_some() {
-        CurveMemory::Whole
-    } else {
-        CurveMemory::Counted
-    };
+    let curve_memory = CurveMemory::Counted;
     ShadowSettings { receiver, curve_memory, ..scene.shadow }
 }
 

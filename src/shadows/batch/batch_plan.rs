@@ -222,8 +222,7 @@ impl BatchPlan {
         let in_order = features.simple() == Some(Simple::Splats) && filtering.host.is_none();
         let features = features.with(Flags::SETUPS_IN_ORDER, in_order);
         let softening = config.settings.soften && nodes > 0;
-        let features = Features { nodes, ..features.with(Flags::HAS_SOFTENING, softening) }
-            .with(Flags::HAS_PAGES, config.has_pages());
+        let features = Features { nodes, ..features.with(Flags::HAS_SOFTENING, softening) };
         let lists = [blocking, ListPlan { tiny_chunks, features, ..filtering }];
         Self { views, tile_count, lists, small_chunks, depths, kept, cleared: false, camera: false }
     }

@@ -2,7 +2,14 @@
 //!
 //! A page holds the nodes of a tile's texels. It is named by its place in the texture of curves, as a word:
 //! column, row and layers. WGSL: `wgsl/curve/pages.wgsl`, `wgsl/curve/give_pages.wgsl`.
-use crate::{error::Error, gpu::Allocator, model::TILE_SIZE};
+use crate::{
+    error::Error,
+    gpu::Allocator,
+    model::TILE_SIZE,
+    shadows::Config,
+    stage::curve::{PAGE_BITS, SHORT_PAGE},
+    view::NODE_BYTES,
+};
 use wgpu::{
     Buffer, BufferUsages, Origin3d, Texture,
     TextureFormat::{R32Uint, Rgba32Uint},
@@ -13,10 +20,10 @@ use wgpu::{
 const COLUMNS: u32 = 32;
 /// Pages below each other: 8,192 texels, as many as a texture of the core has.
 const ROWS: u32 = 512;
-/// Bits of a column, and of a row.
-const BITS: u32 = 10;
-/// Pages that no tile owns: of tiles without a caster, and of tiles for which there was none.
-const SHARED: u32 = 2;
+/// Pages that every frame has room for: 16 MiB of eight nodes. Atlases of so many tiles have none.
+const FREE_PAGES: u32 = 1024;
+/// Pages that no tile owns.
+const SHARED: u32 = SHORT_PAGE + 1;
 
 /// Pages of an atlas.
 #[derive(Clone, Debug)]
@@ -31,13 +38,16 @@ pub struct CurvePages {
 
 /// Word of page `number`.
 fn word(number: u32) -> u32 {
-    number % COLUMNS | (number / COLUMNS % ROWS) << BITS | (number / (COLUMNS * ROWS)) << (2 * BITS)
+    number % COLUMNS
+        | (number / COLUMNS % ROWS) << PAGE_BITS
+        | (number / (COLUMNS * ROWS)) << (2 * PAGE_BITS)
 }
 
 /// First texel and layer of a page, whose texels have `pairs` layers; none of those that no tile owns.
 pub(in crate::shadows) fn place(page: u32, pairs: u32) -> Option<Origin3d> {
-    let texel = |bits: u32| (page >> bits) % (1 << BITS) * TILE_SIZE;
-    let origin = Origin3d { x: texel(0), y: texel(BITS), z: (page >> (2 * BITS)) * pairs };
+    let texel = |bits: u32| (page >> bits) % (1 << PAGE_BITS) * TILE_SIZE;
+    let origin =
+        Origin3d { x: texel(0), y: texel(PAGE_BITS), z: (page >> (2 * PAGE_BITS)) * pairs };
     (page >= SHARED).then_some(origin)
 }
 
@@ -76,7 +86,26 @@ impl CurvePages {
 
     /// Whether there are as many as are expected to be needed, or one for each tile.
     pub(in crate::shadows) fn suffice(&self, expected: Option<u32>) -> bool {
-        self.count >= expected.unwrap_or(0).min(self.tile_count()) || self.count == 0
+        self.count >= expected.unwrap_or(0).min(self.tile_count()) || !self.exist()
+    }
+
+    /// Whether curves are in pages.
+    pub(in crate::shadows) fn exist(&self) -> bool {
+        self.tile_count() > 1
+    }
+
+    /// Whether curves of so many tiles are to be in pages: not where the memory is little anyway, nor where
+    /// pages for all of them would exceed the budget.
+    pub(in crate::shadows) fn are_worth(config: &Config, tiles: u64) -> bool {
+        let page = u64::from(TILE_SIZE * TILE_SIZE * config.nodes()) * NODE_BYTES;
+        let all = (tiles + u64::from(SHARED)).next_multiple_of(COLUMNS.into()) * page;
+        config.counts_curves() && tiles > FREE_PAGES.into() && all <= config.settings.curve_budget
+    }
+
+    /// Pages for all tiles that are expected to need one, or for a quarter of all.
+    pub(in crate::shadows) fn room(&self, expected: Option<u32>) -> u32 {
+        let tiles = self.tile_count();
+        expected.unwrap_or(tiles / 4).max(FREE_PAGES).min(tiles)
     }
 
     /// Most pages that all tiles of the atlas may have.
@@ -89,6 +118,7 @@ impl CurvePages {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stage::curve::BLANK_PAGE;
     use std::collections::BTreeSet;
 
     #[test]
@@ -97,7 +127,7 @@ mod tests {
         let places: Vec<_> = (SHARED..all).filter_map(|number| place(word(number), 4)).collect();
         let apart: BTreeSet<_> = places.iter().map(|place| [place.x, place.y, place.z]).collect();
         assert_eq!(apart.len() as u32, all - SHARED);
-        assert_eq!([0, 1].map(word), [0, 1], "BLANK_PAGE and SHORT_PAGE");
+        assert_eq!([BLANK_PAGE, SHORT_PAGE].map(word), [BLANK_PAGE, SHORT_PAGE]);
         assert_eq!(places.iter().map(|place| place.y).max(), Some((ROWS - 1) * TILE_SIZE));
         assert_eq!(places.iter().map(|place| place.z).max(), Some(8));
     }

@@ -77,10 +77,10 @@ impl Maps {
         let usage =
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
         let slots = atlas.slots;
-        let (tile, has_pages) = (u64::from(TILE_SIZE), config.has_pages());
-        let of_tiles = [size[0] / tile, size[1] / tile, size[2]];
-        let of_pages = if has_pages { of_tiles } else { [1; 3] };
-        let tiles = if nodes == 0 || has_pages { 1 } else { of_tiles.iter().product() };
+        let tiles = tiles_of(size);
+        let has_pages = CurvePages::are_worth(config, tiles.iter().product());
+        let of_pages = if has_pages { tiles } else { [1; 3] };
+        let tiles = if nodes == 0 || has_pages { 1 } else { tiles.iter().product() };
         let of_curves = if nodes == 0 || has_pages {
             [1; 3]
         } else {
@@ -164,7 +164,14 @@ impl Maps {
 
     /// Whether curves are in pages.
     pub fn has_pages(&self) -> bool {
-        self.pages.count > 0
+        self.pages.exist()
+    }
+
+    /// Whether curves are where a configuration asks for them.
+    pub(in crate::shadows) fn has_pages_as(&self, config: &Config) -> bool {
+        let size = self.filters.size();
+        let size = [size.width, size.height, size.depth_or_array_layers].map(u64::from);
+        self.has_pages() == CurvePages::are_worth(config, tiles_of(size).iter().product())
     }
 
     /// Features of kernels that read the maps.
@@ -238,6 +245,12 @@ impl Maps {
             slots: self.slots.clone(),
         })
     }
+}
+
+/// Tiles of an atlas of a size \[texels\], in x, y and layers.
+fn tiles_of([width, height, layers]: [u64; 3]) -> [u64; 3] {
+    let tile = u64::from(TILE_SIZE);
+    [width / tile, height / tile, layers]
 }
 
 /// Fills every texel of an array.
