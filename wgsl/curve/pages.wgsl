@@ -1,4 +1,4 @@
-// Places of the nodes of a map's texels: the texels' own, or, with `HAS_PAGES`, in pages, one for each tile that
+// Places of nodes of a map: the texels' own, or, with `HAS_PAGES`, in pages, one for each tile that
 // casters touch. Rust: src/shadows/views/curve_pages.rs.
 
 import package::bind::sampled::{curve_pages, curves, filters, nearests};
