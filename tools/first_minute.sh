@@ -6,15 +6,18 @@
 set -eu
 cd "$(dirname "$0")/.."
 root=$PWD
+RUSTUP_HOME=${RUSTUP_HOME:-$HOME/.rustup}
+export RUSTUP_HOME
 rust=$(rustc --print sysroot)/bin
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 say() { printf '%s\n' "$*"; }
 
-# How this machine reaches its registries, if it says.
+# How this machine reaches its registries, if it says, and where rustup keeps Rust: `make web` adds a target to it.
 network=
-for name in SSL_CERT_FILE PIP_CERT PIP_INDEX_URL NODE_EXTRA_CA_CERTS HTTPS_PROXY https_proxy; do
+rustup=$(dirname "$(command -v rustup || echo /usr/bin/rustup)")
+for name in RUSTUP_HOME SSL_CERT_FILE PIP_CERT PIP_INDEX_URL NODE_EXTRA_CA_CERTS HTTPS_PROXY https_proxy; do
     value=$(printenv "$name" || true)
     [ -z "$value" ] || network="$network $name=$value"
 done
@@ -51,7 +54,7 @@ picture() {
     cp "$folder/clone/$1" "$root/target/first_minute/$2.png"
 }
 
-system=$rust:/usr/bin:/bin
+system=$rust:$rustup:/usr/bin:/bin
 [ $# -gt 0 ] || set -- rust view python web
 for name; do
     fresh

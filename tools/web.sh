@@ -12,6 +12,10 @@ target=${CARGO_TARGET_DIR:-$PWD/target}/web
 crate=crates/gobo-web
 
 rustup target add wasm32-unknown-unknown >/dev/null 2>&1 || true
+[ -d "$(rustc --print sysroot)/lib/rustlib/wasm32-unknown-unknown" ] || {
+    say "Rust for browsers is missing: rustup target add wasm32-unknown-unknown"
+    exit 1
+}
 version=$(sed -n '/^name = "wasm-bindgen"$/{n;s/version = "\(.*\)"/\1/p;}' "$crate/Cargo.lock")
 bindgen=${WASM_BINDGEN:-}
 if [ -z "$bindgen" ]; then

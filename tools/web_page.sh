@@ -19,7 +19,8 @@ trap stop EXIT
 cp dist/web/* "$folder/"
 cp "$crate"/tests/*.html "$folder/"
 tar -xzf dist/gobo-shadows-*.tgz -C "$folder"
-target=${CARGO_TARGET_DIR:-$PWD/target}/web
+# Shares what the tests were built of.
+target=${CARGO_TARGET_DIR:-$PWD/target}
 (cd "$crate" && CARGO_TARGET_DIR=$target cargo run --quiet --locked --bin samples -- "$folder/samples" 120 75)
 # Maps by the driver that the browser has.
 (cd "$crate" && CARGO_TARGET_DIR=$target sh ../../tools/swiftshader.sh cargo run --quiet --locked --bin samples -- "$folder/samples")

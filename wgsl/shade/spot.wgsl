@@ -1,7 +1,7 @@
 // Spot: the part of a shadow map that an area light covers, seen from a point through an occluder's depth.
 
 import package::curve::node::DEPTHS;
-import package::records::area::GpuArea;
+import package::records::area::{AREA_FLAT, GpuArea};
 import package::records::view::GpuView;
 import package::shade::lifted::Receiver;
 import package::shade::outline::outline_of;
@@ -36,6 +36,7 @@ var<private> spot_bias: f32;
 var<private> spot_radius: f32;         // [texels], in a parallel view per distance
 var<private> spot_shape: vec2<f32>;    // half-widths along the window's axes, relative to the radius
 var<private> spot_turned: bool;        // whether these axes are y and x, so that the second is the longer one
+var<private> spot_round: bool;         // of a sphere or a sun
 var<private> spot_shear: f32;          // of the window along its first axis, per step along its second
 // Plane of the receiver. Its distance along the ray through a texel, in a perspective view the inverse, is
 // linear in the texel.
@@ -81,6 +82,7 @@ fn set_spot(view: GpuView, area: GpuArea, receiver: Receiver, bias: f32) {
     spot_center = clamp(center, vec2(-1e6), vec2(1e6));
     spot_bias = bias * per_metre;
     let outline = outline_of(view, area, p, receiver.distance);
+    spot_round = area.kind != AREA_FLAT;
     spot_turned = outline.turned;
     spot_shear = outline.shear;
     let half = outline.half;
@@ -148,11 +150,11 @@ fn box_area(widths: vec2<f32>) -> f32 {
     return widths.x * widths.y;
 }
 
-// Blocks overlap, and with their own width the box that filters a spot is closest to a disc at a variance
-// slightly above the disc's. `edge`: of a block [texels].
+// Blocks overlap: their own variance is that of a box of 3.25 squared widths. With them the box that filters a
+// spot is closest to a disc at a variance slightly above the disc's. `edge`: of a block [texels].
 fn box_of_level(edge: f32) -> Box {
     let shape = spot_shape / edge;
-    return Box(3.0 * shape * shape, 3.25 - 9.0 / (edge * edge), 1.0);
+    return Box(3.0 * shape * shape, select(3.25, 2.75, spot_round) - 9.0 / (edge * edge), 1.0);
 }
 
 fn box_of_map() -> Box {

@@ -1,7 +1,11 @@
 //! A GPU's compiler: it compiles compute pipelines and says what they need, by `VK_KHR_pipeline_executable_properties`.
 //! Without the GPU that is RADV (Mesa) on its null hardware: `RADV_FORCE_FAMILY` names the GPU, and the device has no
 //! memory, so that nothing can run.
-use crate::{Failure, manifest::Case};
+use crate::{
+    Failure,
+    manifest::Case,
+    traffic::{Traffic, traffic},
+};
 use ash::{khr::pipeline_executable_properties as properties, vk};
 use std::{path::Path, time::Duration};
 
@@ -19,6 +23,16 @@ pub struct Needs {
     pub instructions: u64,
     /// Machine code [bytes].
     pub code: u64,
+    pub traffic: Traffic,
+    /// Time of the compiler on a core [s].
+    pub seconds: f64,
+}
+
+/// A driver's words on a kernel.
+pub struct Said {
+    /// By the driver's names.
+    pub statistics: Vec<(String, f64)>,
+    pub assembly: String,
     /// Time of the compiler on a core [s].
     pub seconds: f64,
 }
@@ -108,7 +122,7 @@ impl Compiler {
 
     /// Compiles a kernel for subgroups of 32 with RADV.
     pub fn compile(&self, dir: &Path, case: &Case) -> Result<Needs, Failure> {
-        let (all, seconds) = self.statistics(dir, case)?;
+        let Said { statistics: all, assembly, seconds } = self.compiled(dir, case)?;
         let named = |name: &str| {
             let found = all.iter().find(|(known, _)| known == name);
             found
@@ -122,17 +136,13 @@ impl Compiler {
             waves: named("Subgroups per SIMD")?,
             instructions: named("Instructions")?,
             code: named("Code size")?,
+            traffic: traffic(&assembly),
             seconds,
         })
     }
 
-    /// Compiles a kernel, for subgroups of 32 where the device can be asked for them: what the driver says of it, by its
-    /// names, and the time of the compiler on a core [s].
-    pub fn statistics(
-        &self,
-        dir: &Path,
-        case: &Case,
-    ) -> Result<(Vec<(String, f64)>, f64), Failure> {
+    /// Compiles a kernel, for subgroups of 32 where the device can be asked for them.
+    pub fn compiled(&self, dir: &Path, case: &Case) -> Result<Said, Failure> {
         let file = dir.join(&case.file);
         let bytes = std::fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
         let words = ash::util::read_spv(&mut std::io::Cursor::new(bytes))?;
@@ -180,7 +190,10 @@ impl Compiler {
                 stage = stage.push_next(&mut subgroup);
             }
             let info = [vk::ComputePipelineCreateInfo::default()
-                .flags(vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR)
+                .flags(
+                    vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR
+                        | vk::PipelineCreateFlags::CAPTURE_INTERNAL_REPRESENTATIONS_KHR,
+                )
                 .stage(stage)
                 .layout(layout)];
             let made = device.create_compute_pipelines(vk::PipelineCache::null(), &info, None);
@@ -188,6 +201,7 @@ impl Compiler {
             let seconds = (cpu_time()? - clock).as_secs_f64();
             let info = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline);
             let all = self.properties.get_pipeline_executable_statistics(&info)?;
+            let assembly = self.assembly(&info)?;
             device.destroy_pipeline(pipeline, None);
             device.destroy_pipeline_layout(layout, None);
             device.destroy_descriptor_set_layout(sets[0], None);
@@ -202,7 +216,37 @@ impl Compiler {
                     .map(|name| name.to_string_lossy().into_owned())
                     .unwrap_or_default()
             };
-            Ok((all.iter().map(|it| (name(it), value(it))).collect(), seconds))
+            let statistics = all.iter().map(|it| (name(it), value(it))).collect();
+            Ok(Said { statistics, assembly, seconds })
+        }
+    }
+
+    /// The compiled kernel's machine code as text; empty if the driver shows none.
+    ///
+    /// # Safety
+    /// The executable's pipeline is alive, and captured its internal representations.
+    unsafe fn assembly(&self, info: &vk::PipelineExecutableInfoKHR<'_>) -> Result<String, Failure> {
+        // SAFETY: the caller's; the second call has room for as many bytes as the first one named.
+        unsafe {
+            let device = self.device.handle();
+            let get = self.properties.fp().get_pipeline_executable_internal_representations_khr;
+            let mut count = 0;
+            get(device, info, &mut count, std::ptr::null_mut()).result()?;
+            let mut all =
+                vec![vk::PipelineExecutableInternalRepresentationKHR::default(); count as usize];
+            get(device, info, &mut count, all.as_mut_ptr()).result()?;
+            let mut texts: Vec<_> = all.iter().map(|it| vec![0_u8; it.data_size]).collect();
+            for (it, text) in all.iter_mut().zip(&mut texts) {
+                it.p_data = text.as_mut_ptr().cast();
+            }
+            get(device, info, &mut count, all.as_mut_ptr()).result()?;
+            let is = |it: &vk::PipelineExecutableInternalRepresentationKHR<'_>| {
+                it.name_as_c_str().is_ok_and(|name| name == c"Assembly")
+            };
+            let found = all.iter().zip(texts).find(|(it, _)| is(it));
+            Ok(found.map_or_else(String::new, |(_, text)| {
+                String::from_utf8_lossy(&text).trim_end_matches('\0').to_owned()
+            }))
         }
     }
 }

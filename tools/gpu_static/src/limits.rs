@@ -28,6 +28,8 @@ pub struct Limit {
     /// [bytes]
     pub code: Option<u64>,
     pub seconds: Option<f64>,
+    /// That a lane writes to textures [bytes], as `Traffic` counts.
+    pub textures: Option<u64>,
 }
 
 #[derive(Clone, Deserialize)]
@@ -62,11 +64,12 @@ impl Limit {
             lds: other.lds.or(self.lds),
             code: other.code.or(self.code),
             seconds: other.seconds.or(self.seconds),
+            textures: other.textures.or(self.textures),
         }
     }
 
     /// Name, value and limit of each quantity.
-    fn beside(self, needs: &Needs) -> [(&'static str, f64, Option<f64>); 5] {
+    fn beside(self, needs: &Needs) -> [(&'static str, f64, Option<f64>); 6] {
         let whole = |limit: Option<u64>| limit.map(|limit| limit as f64);
         [
             ("vgprs", needs.vgprs as f64, whole(self.vgprs)),
@@ -74,6 +77,7 @@ impl Limit {
             ("lds", needs.lds as f64, whole(self.lds)),
             ("code", needs.code as f64, whole(self.code)),
             ("seconds", needs.seconds, self.seconds),
+            ("textures", needs.traffic.to_textures as f64, whole(self.textures)),
         ]
     }
 }
@@ -107,12 +111,21 @@ impl Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::traffic::Traffic;
 
-    const NEEDS: Needs =
-        Needs { vgprs: 100, spilled: 3, lds: 0, waves: 8, instructions: 9, code: 50, seconds: 1.0 };
+    const NEEDS: Needs = Needs {
+        vgprs: 100,
+        spilled: 3,
+        lds: 0,
+        waves: 8,
+        instructions: 9,
+        code: 50,
+        traffic: Traffic { read: 16, to_buffers: 8, to_textures: 4 },
+        seconds: 1.0,
+    };
 
     const LIMITS: &str = "unused = []\nseldom = []\nscenes = []\n\
-        smaller = [{ kernels = [\"curve\"], gpu = \"a\", limit = { vgprs = 96 } }]\n\
+        smaller = [{ kernels = [\"curve\"], gpu = \"a\", limit = { vgprs = 96, textures = 0 } }]\n\
         [gpus.a]\nvgprs = 112\nspilled = 0\nlds = 0\ncode = 60\nseconds = 4.0\n";
 
     #[test]
@@ -122,7 +135,11 @@ mod tests {
         assert_eq!(limits.complaints("b", "disc", &NEEDS), [""; 0]);
         assert_eq!(
             limits.complaints("a", "curve", &NEEDS),
-            ["a: curve: vgprs 100, of 96 at most", "a: curve: spilled 3, of 0 at most"]
+            [
+                "a: curve: vgprs 100, of 96 at most",
+                "a: curve: spilled 3, of 0 at most",
+                "a: curve: textures 4, of 0 at most"
+            ]
         );
         let slow = Needs { seconds: 4.5, code: 61, lds: 1, spilled: 0, ..NEEDS };
         assert_eq!(limits.complaints("a", "disc", &slow).len(), 3);

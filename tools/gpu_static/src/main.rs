@@ -1,20 +1,22 @@
-//! What kernels need on GPUs that are not here: registers, spills, workgroup memory, waves, code. Compiles what
-//! `gobo export --target spirv` wrote with RADV's null hardware, prints a table and fails where a kernel
-//! exceeds `limits.toml`.
+//! What kernels need on GPUs that are not here: registers, spills, workgroup memory, waves, code, and the bytes that a
+//! lane moves. Compiles what `gobo export --target spirv` wrote with RADV's null hardware, prints a table and fails
+//! where a kernel exceeds `limits.toml`.
 //!
 //! `gpu-static DIR [--all | --here]`, or `make gpu-static` in the repository. `--all`: also kernels that few scenes use on
 //! GPUs. `--here`: compiles with this machine's own driver, and prints what that says of each kernel.
 mod compiler;
 mod limits;
 mod manifest;
+mod traffic;
 
-use compiler::{Compiler, Driver, Needs};
+use compiler::{Compiler, Driver, Needs, Said};
 use limits::Limits;
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
     process::{Child, Command, ExitCode, Stdio},
 };
+use traffic::Traffic;
 
 pub type Failure = Box<dyn std::error::Error>;
 
@@ -107,8 +109,8 @@ fn print_statistics(dir: &Path, limits: &Limits, all: bool) -> Result<(), Failur
     };
     println!("{} kernels on {}", cases.len(), compiler.name);
     for case in cases {
-        let (statistics, seconds) =
-            compiler.statistics(dir, &case).map_err(|error| format!("{}: {error}", case.id))?;
+        let Said { statistics, seconds, .. } =
+            compiler.compiled(dir, &case).map_err(|error| format!("{}: {error}", case.id))?;
         let said: Vec<_> =
             statistics.iter().map(|(name, value)| format!("{name} {value}")).collect();
         println!("{}: {}, {seconds:.2} s", case.id, said.join(", "));
@@ -146,15 +148,14 @@ fn finish(gpu: &str, child: Child) -> Result<BTreeMap<String, Needs>, Failure> {
 }
 
 fn print_table(gpu: &str, needs: &BTreeMap<String, Needs>) {
-    let row = |cells: [&str; 8]| {
-        let [kernel, rest @ ..] = cells;
-        println!("{kernel:44}{}", rest.map(|cell| format!("{cell:>9}")).concat());
-    };
-    row([gpu, "VGPRs", "spilled", "LDS", "waves", "instr.", "bytes", "s"]);
+    let names =
+        ["VGPRs", "spilled", "LDS", "waves", "instr.", "bytes", "read", "buffers", "textures", "s"];
+    println!("{gpu:44}{}", names.map(|name| format!("{name:>9}")).concat());
     for (kernel, it) in needs {
-        let whole = [it.vgprs, it.spilled, it.lds, it.waves, it.instructions, it.code]
-            .map(|n| n.to_string());
-        let [a, b, c, d, e, f] = whole.each_ref().map(String::as_str);
-        row([kernel, a, b, c, d, e, f, &format!("{:.2}", it.seconds)]);
+        let Traffic { read, to_buffers, to_textures } = it.traffic;
+        let whole = [it.vgprs, it.spilled, it.lds, it.waves, it.instructions, it.code];
+        let whole = whole.into_iter().chain([read, to_buffers, to_textures]);
+        let cells: String = whole.map(|n| format!("{n:>9}")).collect();
+        println!("{kernel:44}{cells}{:>9.2}", it.seconds);
     }
 }
