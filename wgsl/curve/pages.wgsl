@@ -19,12 +19,14 @@ fn page_of(at: vec2<u32>, layer: u32) -> u32 {
     if HAS_PAGES {
         return textureLoad(curve_pages, at / TILE_SIZE, layer, 0).x;
     }
-    let tile = at / TILE_SIZE;
-    return tile.x | (tile.y << PAGE_BITS) | (layer << (2u * PAGE_BITS));
+    return BLANK_PAGE;
 }
 
-// Place of a texel in a page: x, y, and the layer of its first two nodes.
-fn in_page(page: u32, at: vec2<u32>) -> vec3<u32> {
+// Place of a texel, whose tile has a page, in `curves`: x, y, and the layer of its first two nodes.
+fn place_in(page: u32, at: vec2<u32>, layer: u32) -> vec3<u32> {
+    if !HAS_PAGES {
+        return vec3(at, curve_layer(layer, 0u));
+    }
     let tile = vec2(page & PAGE_MASK, (page >> PAGE_BITS) & PAGE_MASK);
     return vec3(tile * TILE_SIZE + at % TILE_SIZE, curve_layer(page >> (2u * PAGE_BITS), 0u));
 }
@@ -36,12 +38,12 @@ struct CurvePlace {
 }
 
 fn curve_place(at: vec2<u32>, layer: u32) -> CurvePlace {
-    if !HAS_PAGES {
-        return CurvePlace(vec3(at, curve_layer(layer, 0u)), vec2(0u));
-    }
     let page = page_of(at, layer);
     let is_short = page == SHORT_PAGE;
-    var place = CurvePlace(in_page(select(page, BLANK_PAGE, is_short), at), vec2(0u));
+    var place = CurvePlace(place_in(select(page, BLANK_PAGE, is_short), at, layer), vec2(0u));
+    if !HAS_PAGES {
+        return place;
+    }
     // A loop, because llvmpipe executes what is behind an `if` in any case.
     for (var turn = 0u; turn < u32(is_short); turn += 1u) {
         place.only = only_node(at, layer);

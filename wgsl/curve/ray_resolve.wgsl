@@ -7,7 +7,7 @@ import package::curve::blank::stays_blank;
 import package::curve::node::{
     DEPTHS, curve_segment, node_length, node_of_pair, node_passed, node_start,
 };
-import package::curve::pages::{in_page, page_of};
+import package::curve::pages::{page_of, place_in};
 import package::curve::ray::{RayHit, TRACE, begin_second, found, start, texels, visit_hit};
 import package::curve::ray_nodes::{end_walk, visit_scattered};
 import package::curve::stored::{first_node, partial_size};
@@ -44,7 +44,8 @@ fn scattered_light(corner: vec2<f32>, i: u32) -> Scattered {
 }
 
 fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>) {
-    let place = in_page(walked_page, vec2<u32>(corner) + vec2(0u, i));
+    let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
+    let place = place_in(walked_page, at, view.layer);
     textureStore(curves, place.xy, place.z + pair, nodes);
 }
 

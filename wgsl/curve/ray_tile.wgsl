@@ -2,7 +2,7 @@
 
 import package::bind::read::scattered_tiles;
 import package::curve::blank::stays_blank;
-import package::curve::pages::{in_page, page_of};
+import package::curve::pages::{page_of, place_in};
 import package::features::unrolled;
 import package::records::tile::{Tile, tile_number_of};
 import package::records::view::{GpuView, TILE_SIZE};
@@ -52,12 +52,14 @@ fn scattered_light(corner: vec2<f32>, i: u32) -> Scattered {
 
 // Stores nodes 2 `pair` and 2 `pair` + 1.
 fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>) {
-    let place = in_page(walked_page, vec2<u32>(corner) + vec2(0u, i));
+    let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
+    let place = place_in(walked_page, at, view.layer);
     store_pair(place.xy, place.z + pair, nodes);
 }
 
 fn store_nodes_where(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>, is: bool) {
-    let place = in_page(walked_page, vec2<u32>(corner) + vec2(0u, i));
+    let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
+    let place = place_in(walked_page, at, view.layer);
     store_pair_where(place.xy, place.z + pair, nodes, is);
 }
 

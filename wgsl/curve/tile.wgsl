@@ -13,7 +13,7 @@ import package::curve::lights::{light_row, scaled};
 import package::curve::list::{disordered, last_end};
 import package::curve::node::DEPTHS;
 import package::curve::overflow::{is_light, overflowed, rest_light};
-import package::curve::pages::{in_page, page_of};
+import package::curve::pages::{page_of, place_in};
 import package::curve::stored::{begin_stored, stored_node, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_OVER, HAS_VOLUMES, NODES, unrolled};
@@ -104,7 +104,7 @@ fn store_curves(view: GpuView, at: vec2<u32>) {
         let first = stored_node(2u * pair);
         let second = stored_node(2u * pair + 1u);
         for (var i = 0u; i < unrolled(ROW_COUNT); i += 1u) {
-            let place = in_page(page, at + vec2(0u, i));
+            let place = place_in(page, at + vec2(0u, i), view.layer);
             textureStore(curves, place.xy, place.z + pair, stored_pair(first, second, i));
         }
     }
