@@ -84,9 +84,9 @@ pub use gpu::{
     Gpu, KernelError, KernelJob, KernelTime, Memory, Support, Tier, Timeline, error::Error,
 };
 pub use model::{
-    Bounds, Brick, Camera, Casters, Counters, Gaussian, Grid, Light, LightKind, Material, Particle,
-    Receiver, Scene, ShadowSettings, Shape, Strand, StrandVertex, Texture, Transfer, Triangle,
-    View,
+    Bounds, Brick, Camera, Casters, Counters, CurveMemory, Gaussian, Grid, Light, LightKind,
+    Material, Particle, Receiver, Scene, ShadowSettings, Shape, Strand, StrandVertex, Texture,
+    Transfer, Triangle, View,
 };
 pub use shadows::{
     CasterCount, CasterLoader, GridLoader, HostCasters, HostDepth, HostGrid, HostInputs, Maps,

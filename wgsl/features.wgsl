@@ -49,6 +49,8 @@ override HAS_OPAQUE: bool = true;
 override FAINT: bool = false;
 // Nodes of a curve (K), at most 16; 0 without curves.
 override NODES: u32 = 0u;
+// Curves are in pages.
+override HAS_PAGES: bool = false;
 // Curves are softened: a ramp will be inserted into each.
 override HAS_SOFTENING: bool = false;
 // The picture shows the cost of each pixel.

@@ -148,25 +148,43 @@ impl Gpu {
 
     /// Gives the rows of texels of a part of a texture, at most as large as a buffer, layer by layer, after
     /// all commands submitted before.
-    pub fn read_part<T: bytemuck::AnyBitPattern, R>(
+    fn read_part<T: bytemuck::AnyBitPattern, R>(
         &self,
         texture: &wgpu::Texture,
         origin: wgpu::Origin3d,
         part: wgpu::Extent3d,
         take: impl FnOnce(&[&[T]]) -> R,
     ) -> Result<R, Error> {
+        self.read_parts(texture, &[origin], part, take)
+    }
+
+    /// Gives the rows of texels of parts of a texture of the same size, together at most as large as a
+    /// buffer, one part after the other, layer by layer, after all commands submitted before.
+    pub fn read_parts<T: bytemuck::AnyBitPattern, R>(
+        &self,
+        texture: &wgpu::Texture,
+        origins: &[wgpu::Origin3d],
+        part: wgpu::Extent3d,
+        take: impl FnOnce(&[&[T]]) -> R,
+    ) -> Result<R, Error> {
+        if origins.is_empty() {
+            return Ok(take(&[]));
+        }
         let row = part.width as usize * texel_size(texture) as usize;
         let padded = padded_row(texture, part.width);
         let rows = u64::from(part.height) * u64::from(part.depth_or_array_layers);
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(padded as u32),
-            rows_per_image: Some(part.height),
-        };
-        let bytes = self.read_back(rows * padded, |encoder, buffer| {
-            let from = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
-            let to = wgpu::TexelCopyBufferInfo { buffer, layout };
-            encoder.copy_texture_to_buffer(from, to, part);
+        let all = rows * padded * origins.len() as u64;
+        let bytes = self.read_back(all, |encoder, buffer| {
+            for (i, &origin) in (0..).zip(origins) {
+                let layout = wgpu::TexelCopyBufferLayout {
+                    offset: i * rows * padded,
+                    bytes_per_row: Some(padded as u32),
+                    rows_per_image: Some(part.height),
+                };
+                let from = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
+                let to = wgpu::TexelCopyBufferInfo { buffer, layout };
+                encoder.copy_texture_to_buffer(from, to, part);
+            }
         })?;
         let lines = bytes.chunks_exact(padded as usize);
         let rows: Vec<_> = lines.map(|line| bytemuck::cast_slice(&line[..row])).collect();

@@ -52,6 +52,9 @@ pub struct Counters {
     /// [`ShadowSettings::curve_budget`](super::ShadowSettings::curve_budget): where that is all of them,
     /// receivers read nearest depths.
     pub nodes_dropped: u64,
+    /// Tiles whose curves have a single node, because there was no page for them
+    /// ([`CurveMemory::Counted`](super::CurveMemory::Counted)).
+    pub short_tiles: u64,
     /// Maps of lights with a size whose levels were made.
     pub levels_made: u64,
     /// Drawings of pictures: one per sample, and another where pairs did not fit at first.
@@ -64,6 +67,9 @@ pub struct Counters {
     /// Pair capacity of a batch: past it, tiles are walked in parts. `Shadows::grow_from` raises it.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub pair_capacity: u32,
+    /// Pages of curves; 0 without. `Shadows::grow_from` raises it.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub page_capacity: u32,
     /// Particles and triangles left out, by reason.
     pub skipped: Skipped,
 }

@@ -67,8 +67,8 @@ pub use point::ReceiverPoint;
 pub use scene::moved;
 pub use scene::{MAX_SAMPLES, Motion, Scene};
 pub use settings::{
-    Air, BLUR_DEVIATIONS, ClusterSettings, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE, MAX_MIPS,
-    MAX_PAIRS, MIN_MAP_SIZE, Receiver, ShadowSettings,
+    Air, BLUR_DEVIATIONS, ClusterSettings, CurveMemory, MAX_AIR_STEPS, MAX_BLUR, MAX_MAP_SIZE,
+    MAX_MIPS, MAX_PAIRS, MIN_MAP_SIZE, Receiver, ShadowSettings,
 };
 pub use strand::{Capsule, Strand, StrandVertex, mitre};
 pub use vertex_color::VertexColor;

@@ -13,6 +13,20 @@ pub enum Receiver {
     Curve,
 }
 
+/// Where curves have room.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CurveMemory {
+    /// In each texel of the maps.
+    #[default]
+    Whole,
+    /// In pages of 16 x 16 texels, for tiles that casters touch: as many as the frames before needed, at
+    /// first a quarter of all and at least 1024. While they do not suffice, curves of some tiles have a
+    /// single node, which takes all light that is filtered at the nearest depth: `Counters::short_tiles` says
+    /// so, and `Shadows::grow_from` makes room. With [`ShadowSettings::soften`] and
+    /// [`ShadowSettings::blur`], which write curves where no caster is, it is [`Self::Whole`].
+    Counted,
+}
+
 /// Settings by which shadow maps are made and read: the `[shadow]` table of a scene.
 ///
 /// They are not meant to change from frame to frame. Another [`Self::filter`] or bias costs commands, made
@@ -54,6 +68,10 @@ pub struct ShadowSettings {
     /// ([`Self::within_curve_budget`]); `Counters::nodes_dropped` says so. Default 2^31: 8 nodes for 32 maps
     /// of 1024 x 1024.
     pub curve_budget: u64,
+    /// Where curves have room, within the budget. Default [`CurveMemory::Whole`]: nothing that casters do may
+    /// exceed it. With [`CurveMemory::Counted`] a look-up takes a little longer, and the maps of scenes with
+    /// few casters take a fraction of the memory.
+    pub curve_memory: CurveMemory,
     /// Whether dithered surfaces become a grey filter, blurred over the window of their pattern. Default
     /// false.
     pub soften: bool,
@@ -113,6 +131,7 @@ impl Default for ShadowSettings {
             pair_budget: MAX_PAIRS,
             texel_budget: 1 << 27,
             curve_budget: 1 << 31,
+            curve_memory: CurveMemory::Whole,
             soften: false,
             colored: false,
             blur: 0,

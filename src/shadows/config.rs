@@ -1,5 +1,9 @@
 //! Configuration of a frame, by its source: the device, the host, and tests.
-use crate::{gpu::Tier, model::ShadowSettings, stage::tuning::Tuning};
+use crate::{
+    gpu::Tier,
+    model::{CurveMemory, ShadowSettings},
+    stage::tuning::Tuning,
+};
 
 /// Configuration of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +59,13 @@ impl Config {
     /// Nodes of a curve (K); 0 without curves.
     pub(super) fn nodes(&self) -> u32 {
         self.settings.curve_nodes()
+    }
+
+    /// Whether curves may be in pages.
+    pub(super) fn counts_curves(&self) -> bool {
+        let settings = &self.settings;
+        let is_counted = settings.curve_memory == CurveMemory::Counted && self.nodes() > 0;
+        is_counted && settings.blur == 0 && !settings.soften && !self.toggles.sums
     }
 
     /// Whether tiny particles are scattered. With curves they go through tiles, because a curve needs its

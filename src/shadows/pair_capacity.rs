@@ -8,6 +8,8 @@ pub struct PairCapacity {
     pub pairs: Option<u32>,
     /// Largest capacity that the host allows \[pairs\].
     pub budget: u32,
+    /// Pages of curves; `None`: a guess from the number of tiles.
+    pub pages: Option<u32>,
     /// Most pairs that a frame needed; `None` before any was counted.
     seen: Option<u32>,
     /// The last frames of uploaded casters that were counted.
@@ -34,7 +36,7 @@ impl CountedFrames {
 impl PairCapacity {
     /// Room for pairs within a budget.
     pub fn new(budget: u32) -> Self {
-        Self { pairs: None, budget, seen: None, counted: None }
+        Self { pairs: None, pages: None, budget, seen: None, counted: None }
     }
 
     /// Grows to the number that a frame needed and a quarter more. Returns whether the frame should be
@@ -46,6 +48,16 @@ impl PairCapacity {
             self.pairs = Some(roomy(needed));
         }
         grows
+    }
+
+    /// Grows to the number of pages that a frame needed and a quarter more. Returns whether it had too few.
+    pub fn grow_pages(&mut self, counters: &Counters) -> bool {
+        let is_short = counters.short_tiles > 0;
+        if is_short {
+            let short = u32::try_from(counters.short_tiles).unwrap_or(u32::MAX);
+            self.pages = Some(roomy(counters.page_capacity.saturating_add(short)));
+        }
+        is_short
     }
 
     /// Takes note of a frame of casters that the CPU does not know. Once more than [`Self::expected`] would

@@ -76,6 +76,8 @@ pub(super) struct Frame {
     pub maps: FrameMaps,
     pub commands: Arc<FrameCommands>,
     pub pair_capacity: u32,
+    /// Pages of curves; 0 without.
+    pub page_capacity: u32,
     /// Combinations (caster, view) that are not projected: their groups are outside the view or wholly
     /// behind an opaque surface.
     pub culled: u64,
@@ -91,6 +93,8 @@ pub(super) struct Request<'a> {
     pub views: &'a [View],
     /// Expected number of pairs of the largest batch; the budget bounds it.
     pub pairs: Option<u32>,
+    /// Expected number of pages of curves.
+    pub pages: Option<u32>,
     /// Pairs that casters of the host are expected to need at most, by earlier frames.
     pub expected: Option<u32>,
     /// Earlier frames of as many uploaded casters.
@@ -142,6 +146,18 @@ impl MapSet {
         Ok(Self { maps, soften, blur, memory })
     }
 
+    /// Allocates curves in pages, if the configuration asks for them. `pages`: their number, if known.
+    fn add_pages(&mut self, request: &Request<'_>, pages: Option<u32>) -> Result<(), Error> {
+        if !self.maps.has_pages() || self.maps.pages.count > 0 {
+            return Ok(());
+        }
+        let count = self.maps.pages.room(pages);
+        let device = request.kernels.device();
+        let mut allocator = Allocator::new(device, &mut self.memory);
+        let maps = &mut self.maps;
+        allocated(device, || maps.add_pages(&mut allocator, count))
+    }
+
     /// The maps that casters are rendered into.
     fn raw(&self) -> &Maps {
         self.soften.as_ref().map_or(&self.maps, |soften| &soften.raw)
@@ -186,6 +202,8 @@ impl<'a> Request<'a> {
         let mut plans =
             batch_plan::batches(&self.pending(&cache, &set.maps), casters, config, kept)?;
         for list in plans.iter_mut().flat_map(|plan| &mut plan.lists) {
+            let has_pages = list.filters && set.maps.has_pages();
+            list.features.flags.set(Flags::HAS_PAGES, has_pages);
             let counted = self.counted_frames.filter(|_| list.host.is_none());
             list.expected = if list.host.is_some() {
                 self.expected
@@ -196,8 +214,10 @@ impl<'a> Request<'a> {
         }
         let culled = culled_count(casters, cache.pending.len(), &plans);
         let former = reuse.scratch.as_ref().map(|(scratch, _)| Arc::clone(scratch));
-        let scratch = self.scratch(reuse.scratch, &mut plans)?;
+        let (scratch, counted_pages) = self.scratch(reuse.scratch, &mut plans, &set.maps)?;
         let pair_capacity = scratch.0.pair_capacity;
+        set.add_pages(self, self.pages.max(counted_pages))?;
+        let page_capacity = set.maps.pages.count;
         let same_scratch = former.is_some_and(|former| Arc::ptr_eq(&former, &scratch.0));
         // Up to here the last frame's return value is valid.
         self.last.fetch_add(1, Ordering::Relaxed);
@@ -213,7 +233,7 @@ impl<'a> Request<'a> {
         };
         let commands = Arc::clone(&made.commands);
         let maps = FrameMaps { set, scratch, cache, made: Some(made) };
-        Ok(Frame { maps, commands, pair_capacity, culled })
+        Ok(Frame { maps, commands, pair_capacity, page_capacity, culled })
     }
 
     /// Whether the commands of the last frame serve this one, too.
@@ -268,8 +288,13 @@ impl<'a> Request<'a> {
             counting.append(host.commands());
         }
         let (mut lists, mut inputs) = (Vec::new(), Vec::new());
-        for plan in &plans {
-            let batch = Batch::new(&mut self.context(allocator, &scratch.0), plan, set.raw())?;
+        let batches = plans
+            .iter()
+            .map(|plan| Batch::new(&mut self.context(allocator, &scratch.0), plan, set.raw()))
+            .collect::<Result<Vec<_>, _>>()?;
+        // No batch is short of a page that a later one puts back.
+        batches.iter().for_each(|batch| rendering.append(batch.releases.clone()));
+        for batch in batches {
             rendering.append(batch.commands);
             counting.append(batch.counting);
             lists.push(batch.counters);
@@ -347,41 +372,9 @@ impl<'a> Request<'a> {
             && set.maps.filters.mip_level_count() == 1 + settings.mips
             && set.maps.nodes == nodes
             && set.maps.sums.is_some() == self.config.toggles.sums
+            && set.maps.has_pages_as(self.config)
+            && set.maps.pages.suffice(self.pages)
             && same_curves
-    }
-
-    /// Scratch memory of the batches, an earlier frame's if that is large enough, and its size.
-    fn scratch(
-        &self,
-        earlier: Option<(Arc<Scratch>, Memory)>,
-        plans: &mut [BatchPlan],
-    ) -> Result<(Arc<Scratch>, Memory), Error> {
-        let (device, config) = (self.kernels.device(), self.config);
-        let fits = |scratch: &Scratch| scratch.fits(device, config, plans, self.pairs);
-        let usable = earlier.filter(|(scratch, _)| fits(scratch));
-        let scratch = usable.map_or_else(|| self.new_scratch(plans, self.pairs), Ok)?;
-        if config.toggles.count_first {
-            let needed = self.count(plans, &scratch.0)?;
-            if needed > scratch.0.pair_capacity {
-                return self.new_scratch(plans, Some(needed));
-            }
-        }
-        Ok(scratch)
-    }
-
-    fn new_scratch(
-        &self,
-        plans: &[BatchPlan],
-        pairs: Option<u32>,
-    ) -> Result<(Arc<Scratch>, Memory), Error> {
-        let &Self { config, .. } = self;
-        let mut memory = Memory::default();
-        let mut allocator = Allocator::new(self.kernels.device(), &mut memory);
-        let nodes = config.nodes();
-        let scratch = allocated(allocator.device, || {
-            Scratch::new(&mut allocator, config, plans, pairs, nodes)
-        })?;
-        Ok((Arc::new(scratch), memory))
     }
 }
 

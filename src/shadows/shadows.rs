@@ -226,6 +226,7 @@ impl Shadows {
             casters: set,
             views,
             pairs: self.capacity.pairs,
+            pages: self.capacity.pages,
             expected: self.capacity.expected(),
             counted_frames: self.capacity.counted_of(casters.count() + set.emitted_count()),
             depths: &depths,
@@ -245,7 +246,7 @@ impl Shadows {
             AreaLevels::request_kernels(&self.kernels, maps, has_faces)?;
         }
         let tints = |material| Class::FILTERING.contains(&Class::of(material));
-        let Frame { maps, commands, pair_capacity, culled } = frame;
+        let Frame { maps, commands, pair_capacity, page_capacity, culled } = frame;
         let (counted, cache) = (&commands.counted, &maps.cache);
         self.statistics.reserve(device, counted);
         let rendered = cache.pending.len();
@@ -258,6 +259,7 @@ impl Shadows {
             hidden: cache.hidden_count(),
             nodes_dropped,
             pair_capacity,
+            page_capacity,
             ..Counters::default()
         };
         let prepared = Prepared {
@@ -303,7 +305,8 @@ impl Shadows {
     /// Grows the pair capacity to the number that a frame needed. Returns whether it grew: then some casters
     /// took the slower scatter path, and the next [`Self::prepare`] has room for them.
     pub fn grow_from(&mut self, counters: &Counters) -> bool {
-        let grows = self.capacity.grow(counters.pairs_needed, counters.pair_capacity);
+        let grows = self.capacity.grow(counters.pairs_needed, counters.pair_capacity)
+            | self.capacity.grow_pages(counters);
         if self.casters.as_ref().is_some_and(|set| set.host().is_some()) {
             self.capacity.see(counters);
         } else {

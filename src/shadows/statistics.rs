@@ -82,6 +82,7 @@ impl Planned {
             disordered: sum(|c| c.disordered),
             unordered: u64::from(translucent.overflowed - translucent.in_parts)
                 * u64::from(self.ordered),
+            short_tiles: translucent.short_tiles.into(),
             pairs_needed: opaque.pairs_needed.max(translucent.pairs_needed),
             skipped,
             ..self.counters.clone()

@@ -208,6 +208,8 @@ crate::records::gpu_struct! {
         pub disordered: u32,
         /// Overflowed footprints that went through parts of the tiles.
         pub in_parts: u32,
+        /// Tiles of curves that got no page.
+        pub short_tiles: u32,
     }
 }
 

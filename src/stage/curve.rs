@@ -122,6 +122,22 @@ pub const DISC_SEGMENTS: KernelDesc = KernelDesc {
     ..RAY_SEGMENTS
 };
 
+/// Bits of a page's column, and of its row, in its word. WGSL: `wgsl/curve/pages.wgsl`.
+pub const PAGE_BITS: u32 = 10;
+/// Page of tiles without a caster.
+pub const BLANK_PAGE: u32 = 0;
+/// Page of tiles for which there was none.
+pub const SHORT_PAGE: u32 = 1;
+
+/// Puts back the pages of views that are rendered.
+pub const RELEASE_PAGES: KernelDesc = KernelDesc::new("release_pages", "curve/give_pages.wgsl");
+
+/// Gives a page to each tile with casters.
+pub const GIVE_PAGES: KernelDesc = KernelDesc::new("give_pages", "curve/give_pages.wgsl");
+
+/// Takes them back where they do not suffice.
+pub const SETTLE_PAGES: KernelDesc = KernelDesc::new("settle_pages", "curve/give_pages.wgsl");
+
 /// Curves of tiles of several segments, by two walks.
 pub const RAY_RESOLVE: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,

@@ -49,6 +49,8 @@ bitflags::bitflags! {
         const QUEUED = 1 << 17;
         /// Curves are softened.
         const HAS_SOFTENING = 1 << 18;
+        /// Curves are in pages.
+        const HAS_PAGES = 1 << 44;
         /// Kernels of the picture count the cost of each pixel.
         const COUNT_COST = 1 << 19;
         /// The picture has air.

@@ -6,7 +6,7 @@ use glam::UVec2;
 /// Fewest nodes of a curve.
 const LEAST: u32 = 4;
 /// Size of a node \[bytes\].
-const NODE_BYTES: u64 = 8;
+pub(crate) const NODE_BYTES: u64 = 8;
 
 impl ShadowSettings {
     /// These settings with as many nodes as the curves of `views` have within [`Self::curve_budget`]: half of

@@ -3,6 +3,7 @@ pub mod atlas;
 mod cascades;
 mod cover;
 mod curve_budget;
+pub(crate) use curve_budget::NODE_BYTES;
 mod detail;
 mod fit;
 mod held;

@@ -243,7 +243,7 @@ fn bindings_are_few_enough() {
     }
 }
 
-/// Texels of maps and their sums, of pixels, of air and of voxels.
+/// Texels of maps and their sums, of pixels, of air and of voxels, and pages of tiles.
 const TEXELS: &[&str] = &[
     "air",
     "ambients",
@@ -251,6 +251,7 @@ const TEXELS: &[&str] = &[
     "bends",
     "bloom_to",
     "colored",
+    "curve_pages",
     "curves",
     "filter_mip",
     "filters",

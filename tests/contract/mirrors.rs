@@ -28,6 +28,7 @@ use gobo::{
         accumulate::LARGEST_STEP,
         bin::{DispatchEntry, RUN_PAIRS, SEGMENT_LENGTH, TILE_LANES},
         caustics::{FACE_LANES, TEXEL_LANES},
+        curve::{BLANK_PAGE, PAGE_BITS, SHORT_PAGE},
         light_points,
         load::CULL_BLOCK,
         project::{self, CHUNK_SIZE},
@@ -61,6 +62,10 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
     let whole = [
         ("AIR_CELL", AIR_CELL),
         ("TILE_RUN", gobo::stage::tuning::TILE_RUN),
+        ("BLANK_PAGE", BLANK_PAGE),
+        ("SHORT_PAGE", SHORT_PAGE),
+        ("PAGE_BITS", PAGE_BITS),
+        ("PAGE_MASK", (1 << PAGE_BITS) - 1),
         ("AIR_BLOCK", gobo_picture::stage::air::AIR_BLOCK),
         ("AIR_RUN", gobo_picture::stage::air::AIR_RUN),
         ("MAX_AIR_RUNS", gobo_picture::stage::air::MAX_AIR_RUNS),

@@ -13,6 +13,7 @@ mod colored;
 mod curve;
 mod curve_bodies;
 mod curve_bounds;
+mod curve_pages;
 mod curve_receivers;
 mod curves_stay;
 mod dither_maps;

@@ -26,6 +26,7 @@ fn clear_counters() {
     atomicStore(&counters.merged_count, 0u);
     atomicStore(&counters.disordered, 0u);
     atomicStore(&counters.in_parts, 0u);
+    atomicStore(&counters.short_tiles, 0u);
 }
 
 // bin, clear: sets the counters, workgroup counts and scattered tiles of a list to zero, before its other

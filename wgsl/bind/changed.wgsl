@@ -42,6 +42,7 @@ import package::records::tile::Segment;
 @group(0) @binding(185) var<storage, read_write> bucketed: array<vec2<u32>>; // depth key and footprint
 @group(0) @binding(123) var<storage, read_write> part_turn: vec4<u32>;
 @group(0) @binding(189) var<storage, read_write> drawn_tiles: array<u32>;
+@group(0) @binding(191) var<storage, read_write> free_pages: array<atomic<u32>>; // their number, then they
 @group(0) @binding(176) var<storage, read_write> glass_depths: array<atomic<u32>>;
 @group(0) @binding(177) var<storage, read_write> glass_owners: array<atomic<u32>>;
 @group(0) @binding(178) var<storage, read_write> caustics: array<atomic<u32>>;

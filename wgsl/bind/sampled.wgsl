@@ -26,6 +26,7 @@
 @group(0) @binding(175) var host_voxels: texture_3d<f32>;
 @group(0) @binding(114) var host_normals: texture_2d<f32>;
 @group(0) @binding(70) var raw_curves: texture_2d_array<u32>;
+@group(0) @binding(190) var curve_pages: texture_2d_array<u32>;
 @group(0) @binding(107) var near_rows: texture_2d_array<f32>;
 @group(0) @binding(108) var near_around: texture_2d_array<f32>;
 @group(0) @binding(89) var levels: texture_2d<u32>;

@@ -3,9 +3,7 @@
 // starts at 0 is unused, and passes all light, whatever its other bits are. CPU reference: `light_at` in
 // src/records/curve.rs, crates/gobo-reference/src/curve/format.rs.
 
-import package::bind::sampled::curves;
 import package::features::{HAS_BRICKS, HAS_GAIN, HAS_OVER, HAS_VOLUMES, NODES};
-import package::records::view::GpuView;
 import package::sums::sums::BLACK;
 
 const DEPTHS: f32 = 65535.0;
@@ -21,6 +19,7 @@ fn grows() -> bool {
     return HAS_GAIN || HAS_OVER;
 }
 
+// Layer of a pair of nodes where curves have no pages.
 fn curve_layer(view_layer: u32, pair: u32) -> u32 {
     return view_layer * (NODES / 2u) + pair;
 }
@@ -113,22 +112,4 @@ const BRICK_SEGMENT: u32 = 512u; // with bricks
 // Pairs of a segment of a long tile. Rust: `segment_length` in src/shadows/batch/list_plan.rs.
 fn curve_segment() -> u32 {
     return select(select(CURVE_SEGMENT, ORDERED_SEGMENT, HAS_OVER || HAS_VOLUMES), BRICK_SEGMENT, HAS_BRICKS);
-}
-
-// Light at a depth of a texel's curve: the product of its nodes, in any order.
-
-// Share of light that a node passes up to depth `z`, in fixed point.
-fn passed_at(node: vec2<u32>, z: f32) -> vec3<f32> {
-    let start = node_start(node);
-    let share = clamp((z - start) / max(node_length(node), 1e-6), 0.0, 1.0);
-    return mix(vec3(1.0), node_passed(node), select(0.0, share, start > 0.0));
-}
-
-fn curve_light(view: GpuView, at: vec2<u32>, z: f32) -> vec3<f32> {
-    var light = vec3(1.0);
-    for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
-        let nodes = textureLoad(curves, at, curve_layer(view.layer, pair), 0);
-        light *= passed_at(nodes.xy, z * DEPTHS) * passed_at(nodes.zw, z * DEPTHS);
-    }
-    return light;
 }

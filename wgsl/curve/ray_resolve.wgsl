@@ -5,8 +5,9 @@ import package::bind::read::partials;
 import package::bind::stored::{curves, filters, nearests};
 import package::curve::blank::stays_blank;
 import package::curve::node::{
-    DEPTHS, curve_layer, curve_segment, node_length, node_of_pair, node_passed, node_start,
+    DEPTHS, curve_segment, node_length, node_of_pair, node_passed, node_start,
 };
+import package::curve::pages::{page_of, place_in};
 import package::curve::ray::{RayHit, TRACE, begin_second, found, start, texels, visit_hit};
 import package::curve::ray_nodes::{end_walk, visit_scattered};
 import package::curve::stored::{first_node, partial_size};
@@ -31,6 +32,7 @@ struct Scattered {
 }
 
 var<private> walked_tile: u32;
+var<private> walked_page: u32;
 
 fn scattered() -> bool {
     return true;
@@ -43,7 +45,8 @@ fn scattered_light(corner: vec2<f32>, i: u32) -> Scattered {
 
 fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>) {
     let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
-    textureStore(curves, at, curve_layer(view.layer, pair), nodes);
+    let place = place_in(walked_page, at, view.layer);
+    textureStore(curves, place.xy, place.z + pair, nodes);
 }
 
 // Light behind all segments, and their nearest depth.
@@ -75,6 +78,7 @@ fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
     let count = (tile.end - tile.first + curve_segment() - 1u) / curve_segment();
     let first = tile.merged - 1u;
     walked_tile = tile_id;
+    walked_page = page_of(view.origin + tile.position * TILE_SIZE, view.layer);
     let blank = stays_blank(view, tile.position * TILE_SIZE, true);
     start(view, tile.position * TILE_SIZE + in_tile);
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {

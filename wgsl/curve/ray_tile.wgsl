@@ -2,7 +2,7 @@
 
 import package::bind::read::scattered_tiles;
 import package::curve::blank::stays_blank;
-import package::curve::node::curve_layer;
+import package::curve::pages::{page_of, place_in};
 import package::features::unrolled;
 import package::records::tile::{Tile, tile_number_of};
 import package::records::view::{GpuView, TILE_SIZE};
@@ -15,6 +15,7 @@ import choice::sums::{clear_sums, load_nearness, load_sums};
 const SPLITS: bool = true; // bodies are split with free nodes
 
 var<private> walked_tile: u32;
+var<private> walked_page: u32;
 var<private> blank: bool;
 var<private> alpha_of_none: f32;
 
@@ -22,6 +23,7 @@ fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     walked_tile = tile_number_of(view, tile);
     blank = stays_blank(view, texel, (tile.first < tile.end) | scattered());
     alpha_of_none = 1.0;
+    walked_page = page_of(view.origin + texel, view.layer);
     for (var turn = u32(blank); turn < 1u; turn += 1u) {
         alpha_of_none = plain_alpha(view.origin + texel, view.layer);
     }
@@ -51,12 +53,14 @@ fn scattered_light(corner: vec2<f32>, i: u32) -> Scattered {
 // Stores nodes 2 `pair` and 2 `pair` + 1.
 fn store_nodes(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>) {
     let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
-    store_pair(at, curve_layer(view.layer, pair), nodes);
+    let place = place_in(walked_page, at, view.layer);
+    store_pair(place.xy, place.z + pair, nodes);
 }
 
 fn store_nodes_where(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes: vec4<u32>, is: bool) {
     let at = view.origin + vec2<u32>(corner) + vec2(0u, i);
-    store_pair_where(at, curve_layer(view.layer, pair), nodes, is);
+    let place = place_in(walked_page, at, view.layer);
+    store_pair_where(place.xy, place.z + pair, nodes, is);
 }
 
 // Whether the tile has no casters, and its curves are not stored.

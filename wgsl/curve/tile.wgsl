@@ -8,8 +8,9 @@ import package::curve::blank::stays_blank;
 import package::curve::bodies::split_bodies;
 import package::curve::gather::{ROWS, corner, join_ramp, join_rest, nearest_of, texels, total_light};
 import package::curve::list::{disordered, last_end};
-import package::curve::node::{DEPTHS, curve_layer};
+import package::curve::node::DEPTHS;
 import package::curve::overflow::{overflowed, rest_light};
+import package::curve::pages::{page_of, place_in};
 import package::curve::stored::{begin_stored, stored_pair};
 import package::curve::volumes::{begin_inside, rest_steps};
 import package::features::{HAS_VOLUMES, NODES, unrolled};
@@ -90,12 +91,13 @@ fn store_tile(view: GpuView, texel: vec2<u32>) {
 
 // `at`: first of the texels, in the atlas.
 fn store_curves(view: GpuView, at: vec2<u32>) {
+    let page = page_of(at, view.layer);
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
+        let place = place_in(page, at + vec2(0u, i), view.layer);
         var left = vec3(1.0);
         begin_stored(i);
         for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
-            let layer = curve_layer(view.layer, pair);
-            textureStore(curves, at + vec2(0u, i), layer, stored_pair(i, pair, &left));
+            textureStore(curves, place.xy, place.z + pair, stored_pair(i, pair, &left));
         }
     }
 }

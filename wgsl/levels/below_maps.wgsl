@@ -1,9 +1,10 @@
 // Children of a block of the first level: 2 x 2 texels of a map.
 
-import package::bind::sampled::{curves, filters, nearests, opaques};
+import package::bind::sampled::{filters, nearests, opaques};
 import package::bind::uniform::picture_params;
 import package::curve::mean::{Ramp, light_before, next_ramp};
-import package::curve::node::{DEPTHS, curve_layer, node_of_pair, used_nodes};
+import package::curve::node::{DEPTHS, node_of_pair, used_nodes};
+import package::curve::pages::{CurvePlace, curve_place, nodes_at};
 import package::features::NODES;
 import package::levels::level_blocks::{child_owner, shifted};
 import package::records::area::leveled_view;
@@ -15,6 +16,7 @@ var<private> first_face: u32;
 var<private> first_child: vec2<i32>; // in the view's map
 var<private> child_layer: u32;
 var<private> child_at: vec2<u32>;    // in the atlas
+var<private> child_curve: CurvePlace;
 var<private> child_shift: vec2<f32>;
 var<private> most_nodes: u32;        // of a child
 var<private> opaque_count: u32;      // ramps of opaque surfaces
@@ -33,7 +35,7 @@ fn open_child(view: GpuView, leveled: u32, level: u32, at: vec2<i32>) {
         is_opaque = is_opaque | select(some.r, any(some), by_channel());
         if NODES > 0u {
             for (var pair = 0u; pair < NODES / 2u; pair += 1u) {
-                let nodes = textureLoad(curves, child_at, curve_layer(child_layer, pair), 0);
+                let nodes = nodes_at(child_curve, pair);
                 most_nodes = max(most_nodes, used_nodes(nodes, pair));
             }
         } else {
@@ -57,6 +59,9 @@ fn start_child(i: u32) {
     child_layer = owner.view.layer;
     child_at = owner.view.origin + vec2<u32>(owner.at);
     child_shift = owner.shift;
+    if NODES > 0u {
+        child_curve = curve_place(child_at, child_layer);
+    }
     light_before = vec3(1.0);
 }
 
@@ -93,7 +98,7 @@ fn own_ramp(k: u32) -> Ramp {
         return opaque_ramp(k - most_nodes);
     }
     if NODES > 0u {
-        let nodes = textureLoad(curves, child_at, curve_layer(child_layer, k / 2u), 0);
+        let nodes = nodes_at(child_curve, k / 2u);
         return next_ramp(node_of_pair(nodes, k));
     }
     let nearest = textureLoad(nearests, child_at, child_layer, 0).r;

@@ -2,7 +2,7 @@
 // lines are read before the tile is walked.
 
 import package::bind::updated::{curves, filters, nearests};
-import package::curve::node::curve_layer;
+import package::curve::pages::{page_of, place_in};
 import package::features::{NODES, unrolled};
 
 // Whether a node is unused and yet has a length: no map has such a node, but compilers cannot know.
@@ -15,11 +15,12 @@ fn plain_alpha(texel: vec2<u32>, layer: u32) -> f32 {
     let lane = texel.x & 7u;
     let row = texel - vec2(lane, 0u) + vec2(0u, lane);
     let fetched = textureLoad(filters, row, layer).a + textureLoad(nearests, row, layer).r;
+    let place = place_in(page_of(row, layer), row, layer);
     var is = fetched < 0.0;
     for (var pair = 0u; pair < unrolled(NODES / 2u); pair += 1u) {
         // Two cache lines.
-        is = is | is_impossible(textureLoad(curves, row, curve_layer(layer, pair)));
-        is = is | is_impossible(textureLoad(curves, row + vec2(4u, 0u), curve_layer(layer, pair)));
+        is = is | is_impossible(textureLoad(curves, place.xy, place.z + pair));
+        is = is | is_impossible(textureLoad(curves, place.xy + vec2(4u, 0u), place.z + pair));
     }
     return select(1.0, fetched, is);
 }

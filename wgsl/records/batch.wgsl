@@ -68,6 +68,7 @@ struct BatchCounters {
     merged_count: atomic<u32>, // tiles that several workgroups add to
     disordered: atomic<u32>,   // hits out of order in a curve
     in_parts: atomic<u32>,     // overflowed footprints that went through parts of the tiles
+    short_tiles: atomic<u32>,  // tiles of curves that got no page
 }
 
 struct PartParams {

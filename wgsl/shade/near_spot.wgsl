@@ -1,9 +1,10 @@
 // Light of a map's texels in the spots of occluders close to the receiver, each by its own depths
 // (back-projection: Guennebaud et al. 2006).
 
-import package::bind::sampled::{curves, filters, nearests, opaques};
+import package::bind::sampled::{filters, nearests, opaques};
 import package::bind::uniform::picture_params;
-import package::curve::node::{DEPTHS, curve_layer, node_length, node_passed, node_start};
+import package::curve::node::{DEPTHS, node_length, node_passed, node_start};
+import package::curve::pages::{curve_place, nodes_at};
 import package::features::NODES;
 import package::shade::level_light::{Fade, fade_between, share_before};
 import package::shade::receiver::{TOUCH, is_solid};
@@ -69,9 +70,10 @@ fn near_texel(texel: vec2<f32>, cover: f32) {
     near_left = vec3(1.0);
     near_before = vec3(1.0);
     if NODES > 0u {
+        let place = curve_place(at, spot_view.layer);
         var pair = 0u;
         loop {
-            let nodes = textureLoad(curves, at, curve_layer(spot_view.layer, pair), 0);
+            let nodes = nodes_at(place, pair);
             near_node(nodes.xy, filter_end);
             near_node(nodes.zw, filter_end);
             pair += 1u;

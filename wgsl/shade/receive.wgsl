@@ -2,7 +2,7 @@
 // crates/gobo-reference/src/shading/receive.rs.
 
 import package::bind::sampled::{filters, nearests};
-import package::curve::node::curve_light;
+import package::curve::pages::curve_light;
 import package::features::NODES;
 import package::records::light::GpuLight;
 import package::records::material::{RECEIVES_CURVE, RECEIVES_OPAQUE, RECEIVES_OTHERS};

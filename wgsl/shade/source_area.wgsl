@@ -1,7 +1,8 @@
 // Transmittance from an area light to a point: through the levels of a map, and through the map itself.
 
 import package::bind::sampled::{filters, nearests};
-import package::curve::node::{DEPTHS, curve_light};
+import package::curve::node::DEPTHS;
+import package::curve::pages::curve_light;
 import package::features::NODES;
 import package::records::light::GpuLight;
 import package::records::view::GpuView;

@@ -118,6 +118,7 @@ mod tests {
             "overflowed",
             "shrunk",
             "nodes_dropped",
+            "short_tiles",
             "cluster_lights",
             "clusters_overflowed",
             "masks",

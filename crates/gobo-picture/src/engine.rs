@@ -14,7 +14,7 @@ use glam::Vec3;
 use gobo::{
     Error,
     gpu::{Gpu, KernelJob, Memory, Timeline},
-    model::{Class, Counters, Receiver, Scene, ShadowSettings, View, moved},
+    model::{Class, Counters, CurveMemory, Receiver, Scene, ShadowSettings, View, moved},
     records::Picture,
     shadows::{Config, HostInputs, Prepared, Shadows},
     stage::sort::pair_limit,
@@ -64,7 +64,8 @@ pub(super) fn settings(scene: &Scene, reads_maps: bool) -> ShadowSettings {
     let filters = |material| Class::FILTERING.contains(&Class::of(material));
     let has_curves = reads_maps || scene.shadow.soften || scene.materials.iter().any(filters);
     let receiver = if has_curves { scene.shadow.receiver } else { Receiver::Nearest };
-    ShadowSettings { receiver, ..scene.shadow }
+    let curve_memory = CurveMemory::Counted;
+    ShadowSettings { receiver, curve_memory, ..scene.shadow }
 }
 
 impl GpuEngine {

@@ -4,7 +4,7 @@ use glam::{UVec2, Vec3};
 use gobo::{
     Error,
     gpu::Gpu,
-    model::View,
+    model::{TILE_SIZE, View},
     records::{CausticTexel, CurveMap, NO_OWNER, PackedNode, ViewMaps, curve::packed, stored_tag},
     shadows::{Caustics, Maps},
     view::atlas::MapSlot,
@@ -88,9 +88,7 @@ pub(super) fn read_maps(
 /// The curves of views on the device.
 #[derive(Debug)]
 pub(super) struct DeviceCurves {
-    texture: wgpu::Texture,
-    nodes: u32,
-    gain: bool,
+    maps: Maps,
     /// Size and rectangle of each view.
     places: Vec<(UVec2, MapSlot)>,
 }
@@ -98,15 +96,14 @@ pub(super) struct DeviceCurves {
 impl DeviceCurves {
     /// Those of the views whose maps `options` ask for; none without curves.
     pub(super) fn of(maps: &Maps, views: &[View], options: &RenderOptions<'_>) -> Option<Self> {
-        let &Maps { ref curves, nodes, gain, ref slots, .. } = maps;
-        let shown = views.iter().zip(slots).filter(|(view, _)| options.shows(view));
+        let shown = views.iter().zip(&maps.slots).filter(|(view, _)| options.shows(view));
         let places = shown.map(|(view, slot)| (view.size, *slot)).collect();
-        (nodes > 0).then(|| Self { texture: curves.clone(), nodes, gain, places })
+        (maps.nodes > 0).then(|| Self { maps: maps.clone(), places })
     }
 
     /// Curves of no texels.
     pub(super) fn empty(&self) -> CurveMap {
-        CurveMap { nodes: self.nodes as usize, gain: self.gain, packed: Vec::new() }
+        CurveMap { nodes: self.maps.nodes as usize, gain: self.maps.gain, packed: Vec::new() }
     }
 
     /// Gives the texels of a view in turn, some rows at a time; `number`: of the views that are shown.
@@ -118,33 +115,49 @@ impl DeviceCurves {
     ) -> Result<(), E> {
         /// Nodes that are read at once.
         const MOST: u32 = 1 << 21;
+        const TILE: usize = TILE_SIZE as usize;
         let (size, slot) = self.places[number];
-        let (nodes, pairs) = (self.nodes as usize, self.nodes / 2);
-        let most = (MOST / (size.x * self.nodes)).clamp(1, size.y);
-        let mut curve = self.empty();
-        let unused = packed(0, 0.0, Vec3::ONE, self.gain);
+        let maps = &self.maps;
+        let (nodes, pairs) = (maps.nodes as usize, maps.nodes as usize / 2);
+        let unused = packed(0, 0.0, Vec3::ONE, maps.gain);
         // Tiles without a caster may be zeros.
         let used = |node: PackedNode| if node == PackedNode::default() { unused } else { node };
-        for y in (0..size.y).step_by(most as usize) {
-            let height = most.min(size.y - y);
-            let (x, y, z) = (slot.origin.x, slot.origin.y + y, slot.layer * pairs);
-            let part = wgpu::Extent3d { width: size.x, height, depth_or_array_layers: pairs };
-            let texels = size.x as usize * height as usize;
-            curve.packed.resize(texels * nodes, PackedNode::default());
-            let origin = wgpu::Origin3d { x, y, z };
+        let places = maps.curve_places(gpu, slot, size)?;
+        let (across, width) = (size.x.div_ceil(TILE_SIZE) as usize, size.x as usize);
+        let most = (MOST / (size.x * TILE_SIZE * maps.nodes)).max(1) as usize;
+        let part = wgpu::Extent3d {
+            width: TILE_SIZE,
+            height: TILE_SIZE,
+            depth_or_array_layers: pairs as u32,
+        };
+        let mut curve = self.empty();
+        for (some, first) in places.chunks(most * across).zip((0..).step_by(most * TILE)) {
+            let height = (some.len() / across * TILE).min(size.y as usize - first);
+            curve.packed.clear();
+            curve.packed.resize(height * width * nodes, unused);
+            // Pages are read one behind the other.
+            let pages: Vec<_> = some.iter().flatten().copied().collect();
+            let mut number = 0..;
+            let numbers: Vec<_> =
+                some.iter().map(|place| place.and_then(|_| number.next())).collect();
             let fill = |rows: &[&[[PackedNode; 2]]]| {
-                let lines = curve.packed.par_chunks_exact_mut(size.x as usize * nodes);
+                let lines = curve.packed.par_chunks_exact_mut(width * nodes);
                 lines.enumerate().for_each(|(y, line)| {
-                    let twos = line.as_chunks_mut::<2>().0.chunks_exact_mut(pairs as usize);
-                    for (x, twos) in twos.enumerate() {
-                        for (pair, two) in twos.iter_mut().enumerate() {
-                            *two = rows[pair * height as usize + y][x].map(used);
+                    let numbers = &numbers[y / TILE * across..][..across];
+                    for (tile, number) in line.chunks_mut(TILE * nodes).zip(numbers) {
+                        let Some(number) = number else { continue };
+                        let twos = tile.as_chunks_mut::<2>().0.chunks_exact_mut(pairs);
+                        for (x, twos) in twos.enumerate() {
+                            for (pair, two) in twos.iter_mut().enumerate() {
+                                let row = (number * pairs + pair) * TILE + y % TILE;
+                                *two = rows[row][x].map(used);
+                            }
                         }
                     }
                 });
             };
             tracing::debug_span!("read_back")
-                .in_scope(|| gpu.read_part(&self.texture, origin, part, fill))?;
+                .in_scope(|| gpu.read_parts(&maps.curves, &pages, part, fill))?;
             take(&curve)?;
         }
         Ok(())

@@ -42,6 +42,7 @@ pub(super) fn shadow(keys: &Keys<'_>) -> Result<ShadowSettings, SceneError> {
         pair_budget: keys.whole("pair_budget", usual.pair_budget, 1..=u32::MAX, "at least 1")?,
         texel_budget: keys.whole("texel_budget", usual.texel_budget, 1..=u64::MAX, "at least 1")?,
         curve_budget: keys.whole("curve_budget", usual.curve_budget, 1..=u64::MAX, "at least 1")?,
+        curve_memory: usual.curve_memory,
         soften: keys.value("soften", usual.soften)?,
         colored: keys.value("colored", usual.colored)?,
         blur: keys.whole("blur", usual.blur, 0..=MAX_BLUR, &reach)?,

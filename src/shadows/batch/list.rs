@@ -37,6 +37,7 @@ impl ListCounters {
         self.merged_count += other.merged_count;
         self.disordered += other.disordered;
         self.in_parts += other.in_parts;
+        self.short_tiles += other.short_tiles;
     }
 }
 
@@ -62,6 +63,8 @@ pub struct List {
     pub(crate) chunks: Chunks,
     /// Counts that the frame writes.
     pub counters: Buffer,
+    /// Parameters of bin.
+    pub params: Buffer,
 }
 
 impl List {
@@ -140,6 +143,7 @@ impl List {
             parts,
             chunks,
             counters,
+            params,
         })
     }
 

@@ -6,6 +6,7 @@ mod host_chunks;
 mod import;
 pub mod list;
 mod list_plan;
+pub(in crate::shadows) mod pages;
 mod parts;
 pub mod scratch;
 mod small;
@@ -28,6 +29,8 @@ use wgpu::Buffer;
 /// The commands of a batch.
 #[derive(Debug)]
 pub(in crate::shadows) struct Batch {
+    /// Commands before those of all batches: they put pages of curves back.
+    pub releases: Commands,
     /// Commands from casters to maps.
     pub commands: Commands,
     /// Commands from casters to the pair counts of both lists.
@@ -125,7 +128,9 @@ impl Batch {
             commands.pass("gobo import", dispatches);
         }
         let mut tiny_chunks = None;
+        let mut releases = Commands::new();
         if reads_filtering {
+            releases = pages::releases(context, plan, maps, &views)?;
             let mut tiny = Vec::new();
             if context.scatters(&plan.lists[1]) {
                 let uploaded = context.chunk_buffers(&plan.lists[1], &plan.lists[1].tiny_chunks)?;
@@ -143,6 +148,6 @@ impl Batch {
             planes: list.chunks.host.map(|host| host.planes),
         });
         let inputs = BatchInputs { views, lists, tiny_chunks, small_chunks, imports, is_rendered };
-        Ok(Self { commands, counting, counters, inputs })
+        Ok(Self { releases, commands, counting, counters, inputs })
     }
 }

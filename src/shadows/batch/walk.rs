@@ -4,6 +4,7 @@ use crate::shadows::{
         context::{ChunkBuffers, Context},
         list::List,
         list_plan::ListPlan,
+        pages::Pages,
     },
     views::maps::Maps,
 };
@@ -83,11 +84,19 @@ impl Walk<'_> {
             commands.pass(label, [run(kernels.overflow, by(bin::DispatchEntry::Overflow))?]);
         }
         commands.append(list.tiles.clone());
+        let pages = Pages { context, maps, list, views: self.views };
+        let gives_pages = plan.filters && maps.has_pages();
+        let lanes = self.tile_count.div_ceil(bin::TILE_LANES);
+        let give = |work: Work| {
+            gives_pages.then(|| pages.give_all(&work)).transpose().map(Option::unwrap_or_default)
+        };
+        commands.pass("gobo bin", give([lanes, 1, 1].into())?);
         commands.pass(label, read.clone());
         commands.pass(last, resolve.clone());
         if let Some(parts) = &list.parts {
             read[0] = read[0].with_work(by(bin::DispatchEntry::Part));
-            let part = [&parts.next[..], &read, &resolve].concat();
+            let given = give(by(bin::DispatchEntry::Part))?;
+            let part = [&parts.next[..], &given, &read, &resolve].concat();
             let all = (0..parts.count).flat_map(|_| part.iter().cloned());
             commands.pass(label, merges.then(|| parts.first.clone()).into_iter().chain(all));
         }

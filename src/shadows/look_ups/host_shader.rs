@@ -74,7 +74,7 @@ impl Maps {
     /// The share of a light that reaches a point (world space \[m\], the normal unit): 1 if nothing is in
     /// between, without falloff and cosine; 0 behind the far plane of its view. `light` indexes the lights
     /// that [`Prepared::bind_lights`] bound. The text is the same for all maps with the same number of nodes,
-    /// with `gain` or `over` casters or without.
+    /// with `gain` or `over` casters or without, with curves in pages or without.
     ///
     /// # Errors
     /// If `prefix` cannot begin a name.
@@ -98,13 +98,13 @@ impl Maps {
             let problem = "a name of WGSL must be able to begin with it";
             return Err(Input::Prefix.invalid(0, problem));
         }
-        Ok(part(source)?.linked.host_part(group, prefix, &constants(self.nodes, self.gain)))
+        Ok(part(source)?.linked.host_part(group, prefix, &constants(self.features())))
     }
 }
 
-fn constants(nodes: u32, gain: bool) -> Vec<Constant> {
+fn constants(maps: Features) -> Vec<Constant> {
     // The text is the same for all bound lights.
-    Features::of_maps(nodes, gain).with(Flags::HAS_FILTERS, true).constants()
+    maps.with(Flags::HAS_FILTERS, true).constants()
 }
 
 /// Text of [`Maps::wgsl`] and its bindings, for maps with `nodes` nodes, with or without `gain` or `over`
@@ -117,7 +117,7 @@ pub fn look_up_text(
     prefix: &str,
 ) -> Result<(String, Vec<Binding>), Error> {
     let part = part(OF_POINT)?;
-    let text = part.linked.host_part(group, prefix, &constants(nodes, gain));
+    let text = part.linked.host_part(group, prefix, &constants(Features::of_maps(nodes, gain)));
     Ok((text, part.bindings.clone()))
 }
 

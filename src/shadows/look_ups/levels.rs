@@ -30,7 +30,7 @@ pub struct AreaLevels {
 
 /// Features of the kernels; `has_faces`: whether some of the views are faces of cubes.
 fn features(maps: &Maps, has_faces: bool) -> Features {
-    Features::of_maps(maps.nodes, maps.gain).with(Flags::HAS_FACES, has_faces)
+    maps.features().with(Flags::HAS_FACES, has_faces)
 }
 
 impl AreaLevels {

@@ -7,7 +7,7 @@ use crate::{
     gpu::{Allocator, Memory, Shelf, Timeline, allocated},
     model::Light,
     stage::{
-        features::{Features, Flags},
+        features::Flags,
         light_points::{PointBatch, light_shares, point_grid},
     },
 };
@@ -100,7 +100,7 @@ impl Prepared {
                 .with("point_positions", points.positions)
                 .with("point_normals", points.normals.unwrap_or(points.positions))
                 .with("point_shares", &shares);
-            let features = Features::of_maps(maps.nodes, maps.gain);
+            let features = maps.features();
             let features = features.with(Flags::HAS_FILTERS, source.is_filtered);
             let levels = source.levels;
             levels.iter().try_for_each(AreaLevels::compile)?;

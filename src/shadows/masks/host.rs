@@ -283,7 +283,8 @@ impl Inputs<'_> {
         let [x, y] = camera.view.size.to_array().map(|size| size.div_ceil(mask::GROUP_SIZE));
         let of_host = resources.clone().and(&memory.resources());
         let mut dispatches = vec![kernels.dispatch(seen, Features::NONE, &of_host, [x, y, 1])?];
-        let features = Features::of_maps(maps.nodes, maps.gain)
+        let features = maps
+            .features()
             .with(Flags::HAS_AREAS, source.levels.is_some())
             .with(Flags::HAS_FILTERS, source.is_filtered);
         let joined = view.joined.as_ref();

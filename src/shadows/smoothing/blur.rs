@@ -7,10 +7,7 @@ use crate::{
     gpu::{Allocator, Resources},
     model::BLUR_DEVIATIONS,
     shadows::{batch::batch_plan::BatchPlan, views::maps::Maps},
-    stage::{
-        blur::{self, BlurParams},
-        features::Features,
-    },
+    stage::blur::{self, BlurParams},
 };
 use wgpu::{
     Buffer, Texture,
@@ -53,7 +50,7 @@ impl Blur {
         batches: &[(&BatchPlan, &Buffer)],
         maps: &Maps,
     ) -> Result<Commands, Error> {
-        let features = Features::of_maps(maps.nodes, maps.gain);
+        let features = maps.features();
         // `near_rows` and `rows` share a texture: `near_columns` reads the former before `rows` is written.
         let resources = maps
             .resources()

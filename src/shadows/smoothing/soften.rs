@@ -5,10 +5,7 @@ use crate::{
     frame::{Commands, Kernels},
     gpu::Allocator,
     shadows::{batch::batch_plan::BatchPlan, views::maps::Maps},
-    stage::{
-        features::Features,
-        soften::{self, SoftenParams},
-    },
+    stage::soften::{self, SoftenParams},
 };
 use wgpu::{Buffer, TextureFormat::Rgba32Float};
 
@@ -46,7 +43,7 @@ impl Soften {
         soft: &Maps,
     ) -> Result<Commands, Error> {
         let Self { raw, rows, params, .. } = self;
-        let features = Features::of_maps(soft.nodes, soft.gain);
+        let features = soft.features();
         let [of_rows, of_columns] = match &raw.colored {
             Some(_) => [&soften::COLORED_ROWS, &soften::COLORED_COLUMNS],
             None => [&soften::ROWS, &soften::COLUMNS],

@@ -1,10 +1,14 @@
 //! The shadow atlas: every view's filter, nearest depth and opaque depth.
 use crate::{
     error::Error,
-    gpu::{Allocator, Resources, allocated},
+    gpu::{Allocator, Gpu, Resources, allocated},
     model::{TILE_SIZE, View},
     shadows::Config,
-    stage::soften::run_layers,
+    shadows::views::curve_pages::{self, CurvePages},
+    stage::{
+        features::{Features, Flags},
+        soften::run_layers,
+    },
     view::atlas::{Atlas, AtlasLimits, MapSlot},
 };
 use glam::UVec2;
@@ -30,13 +34,15 @@ pub struct Maps {
     pub colored: Option<wgpu::Texture>,
     /// Curves, two nodes to a texel (rgba32uint), `nodes` / 2 layers per layer of the other textures; a
     /// single texel without curves. A node that starts at 0 is unused, whatever its other bits: tiles that
-    /// no caster has touched are zeros.
+    /// no caster has touched are zeros. With [`Self::pages`] a tile's texels are where its page is.
     pub curves: wgpu::Texture,
     /// Sums over the casters instead of `filters` and `nearests`, rgba32uint, if requested: optical depth per
     /// channel in fixed point, and nearness of the nearest hit.
     pub sums: Option<wgpu::Texture>,
     /// Nodes of a curve (K); 0 without curves.
     pub nodes: u32,
+    /// Pages of [`Self::curves`], with [`CurveMemory::Counted`](crate::model::CurveMemory::Counted).
+    pub pages: CurvePages,
     /// A word for each tile of the atlas, 0 while its curves are zeros, as in a new texture.
     pub(in crate::shadows) drawn_tiles: wgpu::Buffer,
     /// Whether light may increase along a curve: some caster has the `gain` or the `over` transfer.
@@ -71,11 +77,14 @@ impl Maps {
         let usage =
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC | TextureUsages::COPY_DST;
         let slots = atlas.slots;
-        let of_curves =
-            if nodes == 0 { [1; 3] } else { [size[0], size[1], size[2] * u64::from(nodes / 2)] };
-        let tiles = match nodes {
-            0 => 1,
-            _ => size[0] * size[1] * size[2] / u64::from(TILE_SIZE).pow(2),
+        let tiles = tiles_of(size);
+        let has_pages = CurvePages::are_worth(config, tiles.iter().product());
+        let of_pages = if has_pages { tiles } else { [1; 3] };
+        let tiles = if nodes == 0 || has_pages { 1 } else { tiles.iter().product() };
+        let of_curves = if nodes == 0 || has_pages {
+            [1; 3]
+        } else {
+            [size[0], size[1], size[2] * u64::from(nodes / 2)]
         };
         allocated(allocator.device, || {
             let mut texture = |name, format| allocator.texture(name, format, size, usage);
@@ -86,6 +95,7 @@ impl Maps {
             let filters =
                 allocator.texture_with_levels("filters", Rgba16Float, size, 1 + mips, usage)?;
             let curves = allocator.texture("curves", Rgba32Uint, of_curves, usage)?;
+            let pages = CurvePages::new(allocator, of_pages)?;
             let drawn_tiles =
                 allocator.storage::<u32>("drawn_tiles", tiles, BufferUsages::empty())?;
             Ok(Self {
@@ -96,6 +106,7 @@ impl Maps {
                 curves,
                 sums,
                 nodes,
+                pages,
                 drawn_tiles,
                 gain: false,
                 slots,
@@ -115,6 +126,59 @@ impl Maps {
         fill(queue, &self.nearests, 1.0_f32);
     }
 
+    /// Allocates the curves, if they are in pages: `count` of them, for at most all tiles.
+    pub(in crate::shadows) fn add_pages(
+        &mut self,
+        allocator: &mut Allocator<'_>,
+        count: u32,
+    ) -> Result<(), Error> {
+        let pages = self.pages.clone();
+        (self.pages, self.curves) = pages.with_pages(allocator, count, self.nodes)?;
+        Ok(())
+    }
+
+    /// First texel and layer of each tile's curves in the rectangle of a view of a size, row by row; none
+    /// where all nodes are unused. Blocks, with pages.
+    pub fn curve_places(
+        &self,
+        gpu: &Gpu,
+        slot: MapSlot,
+        size: UVec2,
+    ) -> Result<Vec<Option<wgpu::Origin3d>>, Error> {
+        let pairs = self.nodes / 2;
+        let (first, table) = (slot.origin / TILE_SIZE, self.pages.table.size());
+        let words: Vec<u32> =
+            if self.has_pages() { gpu.try_read_texture(&self.pages.table)? } else { Vec::new() };
+        let tiles = size.map(|edge| edge.div_ceil(TILE_SIZE));
+        let all = (0..tiles.y).flat_map(|y| (0..tiles.x).map(move |x| UVec2::new(x, y) + first));
+        let place = |tile: UVec2| {
+            if words.is_empty() {
+                let at = tile * TILE_SIZE;
+                return Some(wgpu::Origin3d { x: at.x, y: at.y, z: slot.layer * pairs });
+            }
+            let row = slot.layer * table.height + tile.y;
+            curve_pages::place(words[(row * table.width + tile.x) as usize], pairs)
+        };
+        Ok(all.map(place).collect())
+    }
+
+    /// Whether curves are in pages.
+    pub fn has_pages(&self) -> bool {
+        self.pages.exist()
+    }
+
+    /// Whether curves are where a configuration asks for them.
+    pub(in crate::shadows) fn has_pages_as(&self, config: &Config) -> bool {
+        let size = self.filters.size();
+        let size = [size.width, size.height, size.depth_or_array_layers].map(u64::from);
+        self.has_pages() == CurvePages::are_worth(config, tiles_of(size).iter().product())
+    }
+
+    /// Features of kernels that read the maps.
+    pub fn features(&self) -> Features {
+        Features::of_maps(self.nodes, self.gain).with(Flags::HAS_PAGES, self.has_pages())
+    }
+
     /// Resets the sums, if there are any: texels that no caster touches would keep theirs.
     pub(in crate::shadows) fn clear_sums(&self, queue: &wgpu::Queue) {
         self.sums.iter().for_each(|sums| fill(queue, sums, [0_u32; 4]));
@@ -132,6 +196,8 @@ impl Maps {
             .with("nearests", &self.nearests)
             .with("opaques", &self.opaques)
             .with("curves", &self.curves)
+            .with("curve_pages", &self.pages.table)
+            .with("free_pages", &self.pages.free)
             .with("drawn_tiles", &self.drawn_tiles)
             .with_any("kept_sums", self.sums.as_ref())
             .with_any("colored", self.colored.as_ref())
@@ -173,11 +239,18 @@ impl Maps {
             sums: None,
             curves,
             nodes: self.nodes,
+            pages: self.pages.clone(),
             drawn_tiles: self.drawn_tiles.clone(),
             gain: self.gain,
             slots: self.slots.clone(),
         })
     }
+}
+
+/// Tiles of an atlas of a size \[texels\], in x, y and layers.
+fn tiles_of([width, height, layers]: [u64; 3]) -> [u64; 3] {
+    let tile = u64::from(TILE_SIZE);
+    [width / tile, height / tile, layers]
 }
 
 /// Fills every texel of an array.

@@ -160,6 +160,7 @@ fn rows(counters: &Counters) -> impl Iterator<Item = (&'static str, u64)> {
         ("unmasked lights", counters.unmasked_lights),
         ("shrunk maps", counters.shrunk),
         ("dropped nodes", counters.nodes_dropped),
+        ("short tiles", counters.short_tiles),
         ("clusters overflowed", counters.clusters_overflowed),
     ];
     always.into_iter().chain(rarely.into_iter().filter(|(_, count)| *count > 0))

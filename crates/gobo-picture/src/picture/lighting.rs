@@ -47,8 +47,7 @@ impl Lighting {
     ) -> Result<Self, Error> {
         let &PictureRequest { scene, camera, prepared, .. } = request;
         let (queue, kernels, maps) = (shadows.queue(), shadows.kernels(), prepared.maps());
-        let features = Features::of_maps(maps.nodes, maps.gain)
-            .with(Flags::HAS_FILTERS, records.is_filtered());
+        let features = maps.features().with(Flags::HAS_FILTERS, records.is_filtered());
         let levels =
             AreaLevels::new(allocator, kernels, maps, prepared.light_shelf(), records, &resources)?;
         let features = features.with(Flags::HAS_AREAS, levels.is_some());
