@@ -69,7 +69,7 @@ pub fn picture_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) 
 }
 
 /// Whether windows may refine a view. Filters and blurs of a width in texels stay as wide as their user
-/// chose.
+/// chose. Light that glass throws into a window from outside would be missing there.
 fn has_windows(scene: &Scene, base: &View) -> bool {
     let Some(light) = base.light.map(|index| &scene.lights[index]) else { return false };
     let shadow = &scene.shadow;
@@ -84,6 +84,7 @@ fn has_windows(scene: &Scene, base: &View) -> bool {
         && !shadow.colored
         && base.role == ViewRole::Whole
         && light.area().is_none()
+        && light.caustics == 0
         && (is_cone || is_sun)
 }
 

@@ -1,14 +1,15 @@
 //! Light refracted by glass: lenses with a known focus, and water, against rays in 64 bits.
-use crate::common::{Tier, files::read, map_frame};
+use crate::common::{ROOT, Tier, files::read, map_frame};
 use gobo::{
     glam::{DVec3, Vec3},
     model::ReceiverPoint,
     records::{ViewMaps, caustic_light},
-    view::shadow_views,
+    view::{atlas::AtlasLimits, picture_views, shadow_views},
 };
 use gobo_picture::Renderer;
 use gobo_reference::render_maps;
 use gobo_scene::Scene;
+use std::path::Path;
 
 pub(super) const INDEX: f64 = 1.5;
 
@@ -257,4 +258,17 @@ fn lights_that_throw_nothing_are_refused() {
     };
     assert!(glass("dispersion = 1").contains("does not refract"));
     assert!(glass("ior = 1.5\ndispersion = 21").contains("dispersion"));
+}
+
+/// A window of finer texels lacks what glass outside of it throws into it: caustics would end at its border.
+#[test]
+fn lights_with_caustics_have_no_finer_maps() {
+    let mut scene = gobo_scene::load(&Path::new(ROOT).join("data/lens.toml")).unwrap();
+    let windows = |scene: &Scene| {
+        let (views, _) = picture_views(scene, &AtlasLimits::CORE);
+        views.iter().filter(|view| view.is_detail()).count()
+    };
+    assert_eq!(windows(&scene), 0);
+    scene.lights[0].caustics = 0;
+    assert_ne!(windows(&scene), 0);
 }
