@@ -150,11 +150,12 @@ fn box_area(widths: vec2<f32>) -> f32 {
     return widths.x * widths.y;
 }
 
-// Blocks overlap: their own variance is that of a box of 3.25 squared widths. With them the box that filters a
-// spot is closest to a disc at a variance slightly above the disc's. `edge`: of a block [texels].
+// Blocks overlap: their own variance is that of a box of 3.25 squared widths. With them the box that filters
+// a spot is closest to a disc at a variance slightly above the disc's. `edge`: of a block [texels].
 fn box_of_level(edge: f32) -> Box {
     let shape = spot_shape / edge;
-    return Box(3.0 * shape * shape, select(3.25, 2.75, spot_round) - 9.0 / (edge * edge), 1.0);
+    let less = select(3.25, 2.75, spot_round) - 9.0 / (edge * edge);
+    return Box(3.0 * shape * shape, less, 1.0);
 }
 
 fn box_of_map() -> Box {
