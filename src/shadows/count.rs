@@ -22,15 +22,18 @@ pub(super) struct Needed {
     pub pages: u32,
 }
 
+/// Scratch memory of the batches, and its size.
+type SizedScratch = (Arc<Scratch>, Memory);
+
 impl Request<'_> {
     /// Scratch memory of the batches, an earlier frame's if that is large enough, and its size; then the
     /// number of pages that curves need, if they are counted.
     pub(super) fn scratch(
         &self,
-        earlier: Option<(Arc<Scratch>, Memory)>,
+        earlier: Option<SizedScratch>,
         plans: &mut [BatchPlan],
         maps: &Maps,
-    ) -> Result<((Arc<Scratch>, Memory), Option<u32>), Error> {
+    ) -> Result<(SizedScratch, Option<u32>), Error> {
         let (device, config) = (self.kernels.device(), self.config);
         let fits = |scratch: &Scratch| scratch.fits(device, config, plans, self.pairs);
         let usable = earlier.filter(|(scratch, _)| fits(scratch));
@@ -51,11 +54,7 @@ impl Request<'_> {
         Ok((scratch, pages_of.map(|_| needed.pages)))
     }
 
-    fn new_scratch(
-        &self,
-        plans: &[BatchPlan],
-        pairs: Option<u32>,
-    ) -> Result<(Arc<Scratch>, Memory), Error> {
+    fn new_scratch(&self, plans: &[BatchPlan], pairs: Option<u32>) -> Result<SizedScratch, Error> {
         let &Self { config, .. } = self;
         let mut memory = Memory::default();
         let mut allocator = Allocator::new(self.kernels.device(), &mut memory);

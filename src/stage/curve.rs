@@ -66,17 +66,8 @@ pub(super) const SEGMENT: Choice = Choice::new("output", "curve/segment.wgsl");
 const RESOLVED: Choice = Choice::new("output", "curve/resolve.wgsl");
 
 /// Choices of kernels that insert hits of any kind into curves.
-pub(super) const CURVED: &[Choice] = &[
-    IN_ORDER,
-    TILE_WALK,
-    CURVES,
-    INVOCATION_ROWS,
-    OPEN_NODES,
-    WAITING,
-    WALK,
-    LANE_CASTER,
-    SUMS,
-];
+pub(super) const CURVED: &[Choice] =
+    &[IN_ORDER, TILE_WALK, CURVES, INVOCATION_ROWS, OPEN_NODES, WAITING, WALK, LANE_CASTER, SUMS];
 
 /// Curves of tiles that are one segment, by insertion.
 pub const TILES: KernelDesc = KernelDesc {

@@ -18,7 +18,7 @@ use gobo::{
 
 /// Rounding of a curve's light to 12 bits, and of a filter to half floats, in the nine texels of a look-up.
 const ROUNDING: f32 = 1e-3;
-/// Tiles without pages, in curve_pages.rs.
+/// Tiles without pages, in `curve_pages.rs`.
 const FREE: u32 = 1024;
 
 fn run(gpu: &Gpu, prepared: &Prepared) {

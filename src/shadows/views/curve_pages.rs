@@ -38,9 +38,8 @@ pub struct CurvePages {
 
 /// Word of page `number`.
 fn word(number: u32) -> u32 {
-    number % COLUMNS
-        | (number / COLUMNS % ROWS) << PAGE_BITS
-        | (number / (COLUMNS * ROWS)) << (2 * PAGE_BITS)
+    let (column, row) = (number % COLUMNS, number / COLUMNS % ROWS);
+    column | (row << PAGE_BITS) | ((number / (COLUMNS * ROWS)) << (2 * PAGE_BITS))
 }
 
 /// First texel and layer of a page, whose texels have `pairs` layers; none of those that no tile owns.
