@@ -113,7 +113,7 @@ impl Truth {
 }
 
 fn counters(gpu: &Gpu) -> wgpu::Buffer {
-    gpu.upload("counters", &[0_u32; 9], BufferUsages::STORAGE | BufferUsages::COPY_SRC)
+    gpu.upload("counters", &[0_u32; 10], BufferUsages::STORAGE | BufferUsages::COPY_SRC)
 }
 
 /// Resources that all kernels share.
@@ -373,7 +373,7 @@ fn assert_scattered(tier: Tier, tiny: bool) {
     let expected = [POISON, POISON, POISON, POISON, POISON, POISON, POISON, 1];
     assert_eq!(gpu.read::<u32>(&flags), expected, "{what}");
     let counted = if tiny { count as u32 } else { 0 };
-    assert_eq!(gpu.read::<u32>(&inputs.counters), [0, 0, 0, counted, 0, 0, 0, 0, 0], "{what}");
+    assert_eq!(gpu.read::<u32>(&inputs.counters), [0, 0, 0, counted, 0, 0, 0, 0, 0, 0], "{what}");
 }
 
 #[test]
