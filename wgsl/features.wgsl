@@ -66,6 +66,8 @@ override WIDE: bool = true;
 override HAS_FACES: bool = true;
 // The picture has air, casters that are not solid, and panes among them.
 override HAS_AIR: bool = false;
+// The picture takes over the light of surfaces from the one through the first sample of the pixels.
+override TAKES_LIGHT: bool = false;
 // The environment is an image or a sky, not two colours.
 override HAS_ENVIRONMENT: bool = false;
 override HAS_LAYERS: bool = true;

@@ -19,17 +19,16 @@ use std::{
 
 type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 
-/// A scene of the gallery and its results.
+/// Results of a scene of the gallery, without its maps: those of all scenes are 20 GB.
 struct Plate {
-    name: String,
-    /// First comment of the scene file.
-    about: String,
     path: PathBuf,
     /// The picture; a scene's masks are inset.
     image: RgbImage,
-    frame: Frame,
     /// Time of reading, rendering and reading back.
     time: Duration,
+    /// Its part of the page.
+    section: String,
+    faults: Vec<String>,
 }
 
 fn main() -> Fallible<()> {
@@ -55,10 +54,12 @@ fn main() -> Fallible<()> {
     let sheet = preview::contact_sheet(&plates);
     sheet.save(out.join("sheet.png"))?;
     let whole: Duration = plates.iter().map(|plate| plate.time).sum();
-    fs::write(out.join("index.html"), page::page(&plates, &device, whole)?)?;
+    fs::write(out.join("index.html"), page::page(&plates, &device, whole))?;
     println!("{:>7.1} s  {} pictures", whole.as_secs_f64(), plates.len());
     println!("{}\n{}", out.join("sheet.png").display(), out.join("index.html").display());
-    check(&plates)
+    let faults: Vec<&str> =
+        plates.iter().flat_map(|plate| &plate.faults).map(String::as_str).collect();
+    if faults.is_empty() { Ok(()) } else { Err(faults.join("\n").into()) }
 }
 
 /// Scene files by name; all of them if `only` is empty.
@@ -94,7 +95,7 @@ fn render(
     let about: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("# ")).collect();
     let loaded = load_with(scene, set)?;
     let debug: &[DebugMode] = if loaded.mask.is_some() { &[DebugMode::Masks] } else { &[] };
-    let options = RenderOptions { maps: true, debug, ..Default::default() };
+    let options = RenderOptions { maps: true, curves_stay: true, debug, ..Default::default() };
     let frame = renderer.render(&loaded, &options)?;
     let time = clock.elapsed();
     let name = name(scene);
@@ -104,34 +105,34 @@ fn render(
         preview::inset(&mut image, &preview::image(masks)?);
     }
     image.save(&path)?;
-    Ok(Plate { name, about: about.join(" "), path, image, frame, time })
+    let section = page::section(&name, &about.join(" "), &image, &frame, time)?;
+    let faults = faults(&name, &path, &frame);
+    Ok(Plate { path, image, time, section, faults })
 }
 
-/// Checks that every picture exists and is not flat, and that no capacity was too small.
-fn check(plates: &[Plate]) -> Fallible<()> {
+/// Whether the picture is missing or flat, nothing casts, or a capacity was too small.
+fn faults(name: &str, path: &Path, frame: &Frame) -> Vec<String> {
     let mut faults = Vec::new();
-    for Plate { name, path, frame, .. } in plates {
-        match image::open(path).map(|picture| picture.to_rgb8()) {
-            Err(error) => faults.push(format!("{name}: {}: {error}", path.display())),
-            Ok(picture) if is_flat(&picture) => faults.push(format!("{name}: the picture is flat")),
-            Ok(_) => {}
-        }
-        let casts = |maps: &gobo_picture::ViewMaps| {
-            maps.filter.iter().any(|filter| filter.iter().any(|&light| light < 0.9))
-        };
-        // Only solid casters appear in masks.
-        if frame.debug.is_empty() && !frame.maps.iter().any(casts) {
-            faults.push(format!("{name}: nothing translucent casts in any map"));
-        }
-        for (what, count) in
-            [("shrunk", frame.counters.shrunk), ("unordered", frame.counters.unordered)]
-        {
-            if count > 0 {
-                faults.push(format!("{name}: {count} {what}"));
-            }
+    match image::open(path).map(|picture| picture.to_rgb8()) {
+        Err(error) => faults.push(format!("{name}: {}: {error}", path.display())),
+        Ok(picture) if is_flat(&picture) => faults.push(format!("{name}: the picture is flat")),
+        Ok(_) => {}
+    }
+    let casts = |maps: &gobo_picture::ViewMaps| {
+        maps.filter.iter().any(|filter| filter.iter().any(|&light| light < 0.9))
+    };
+    // Only solid casters appear in masks.
+    if frame.debug.is_empty() && !frame.maps.iter().any(casts) {
+        faults.push(format!("{name}: nothing translucent casts in any map"));
+    }
+    for (what, count) in
+        [("shrunk", frame.counters.shrunk), ("unordered", frame.counters.unordered)]
+    {
+        if count > 0 {
+            faults.push(format!("{name}: {count} {what}"));
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(faults.join("\n").into()) }
+    faults
 }
 
 /// Whether there are few tones: fewer than 64 of the picture's colours, in steps of 8.

@@ -1,7 +1,7 @@
 //! The gallery as one self-contained page: pictures, maps, times and counts.
 use crate::{Fallible, Plate, preview};
 use base64::{Engine as _, engine::general_purpose::STANDARD};
-use gobo_picture::ViewMaps;
+use gobo_picture::{Frame, ViewMaps};
 use image::{ImageFormat, RgbImage};
 use std::{fmt::Write as _, io::Cursor, time::Duration};
 
@@ -13,7 +13,7 @@ const STYLE: &str = "body{font:15px/1.5 sans-serif;background:#111;color:#ddd;ma
      .maps{display:flex;gap:8px;flex-wrap:wrap}figure{margin:8px 0}figcaption{font-size:12px;color:#999}\
      summary{color:#999;cursor:pointer}pre{font-size:12px;white-space:pre-wrap;color:#999}";
 
-pub(super) fn page(plates: &[Plate], device: &str, whole: Duration) -> Fallible<String> {
+pub(super) fn page(plates: &[Plate], device: &str, whole: Duration) -> String {
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>gobo: the gallery</title>\n\
          <style>{STYLE}</style>\n<h1>gobo: the gallery</h1>\n<p>{} pictures in {:.0} s on {}.</p>\n",
@@ -22,13 +22,19 @@ pub(super) fn page(plates: &[Plate], device: &str, whole: Duration) -> Fallible<
         escape(device)
     );
     for plate in plates {
-        page += &section(plate)?;
+        page += &plate.section;
     }
-    Ok(page + "</html>\n")
+    page + "</html>\n"
 }
 
-fn section(plate: &Plate) -> Fallible<String> {
-    let Plate { name, about, image, frame, time, .. } = plate;
+/// A scene's heading, picture, description, maps, times and counts.
+pub(super) fn section(
+    name: &str,
+    about: &str,
+    image: &RgbImage,
+    frame: &Frame,
+    time: Duration,
+) -> Fallible<String> {
     let size = frame.picture.size;
     let mut html = format!("<h2 id=\"{name}\">{name}</h2>\n");
     html += &picture(image, name, "picture")?;

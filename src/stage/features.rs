@@ -53,6 +53,8 @@ bitflags::bitflags! {
         const HAS_PAGES = 1 << 44;
         /// Kernels of the picture count the cost of each pixel.
         const COUNT_COST = 1 << 19;
+        /// The picture takes over the light of surfaces from the one through the first sample of the pixels.
+        const TAKES_LIGHT = 1 << 45;
         /// The picture has air.
         const HAS_AIR = 1 << 20;
         /// The picture has an environment of its own.

@@ -11,7 +11,7 @@ use crate::{
     gpu::{Choice, Constant, KernelDesc},
     model::IRRADIANCE,
 };
-use glam::{Mat4, UVec3, Vec3, Vec4};
+use glam::{Mat4, UVec3, Vec2, Vec3, Vec4};
 
 /// Workgroup size of kernels over points or footprints.
 pub const POINT_LANES: u32 = 64;
@@ -145,8 +145,8 @@ crate::records::gpu_struct! {
         pub image_reach: f32,
         /// [`ImageDetail::threshold`](crate::records::ImageDetail::threshold).
         pub cutout_threshold: f32,
-        pub pad_0: u32,
-        pub pad_1: u32,
+        /// Offset of the sample in its pixel from the first sample's \[pixels\].
+        pub from_first: Vec2,
         /// Irradiance of the environment as spherical harmonics (rgb).
         pub irradiance: [Vec4; IRRADIANCE],
     }

@@ -70,11 +70,16 @@ impl View {
         Self { view_from_world: aside * self.view_from_world, ..self }
     }
 
+    /// Offset given to [`Self::through`] \[pixels\]; through a lens, more.
+    pub fn shear(&self) -> Vec2 {
+        let [right, up, back] = [0, 1, 2].map(|row| self.view_from_world.row(row).truncate());
+        Vec2::new(right.dot(back), -up.dot(back)) * self.scale
+    }
+
     /// Offset given to [`Self::through`] \[pixels\], or the one within a pixel that belongs to its point on
     /// the lens.
     pub fn sample_offset(&self) -> Vec2 {
-        let [right, up, back] = [0, 1, 2].map(|row| self.view_from_world.row(row).truncate());
-        within_pixel(Vec2::new(right.dot(back), -up.dot(back)) * self.scale)
+        within_pixel(self.shear())
     }
 
     /// The views of a scene's camera through each of its samples. `whole`: [`Self::from_camera`].

@@ -78,6 +78,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("PLACES", occlusion::PLACES),
         ("MAX_LIT_SAMPLES", air::MAX_LIT_SAMPLES),
         ("MAX_AIR_SAMPLES", air::MAX_AIR_SAMPLES),
+        ("MIN_AIR_SAMPLES", air::MIN_AIR_SAMPLES),
         ("ALL_LIGHTS", ALL_LIGHTS),
         ("END_BIT", END_BIT),
         ("TEXELS_BIT", TEXELS_BIT),

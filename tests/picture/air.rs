@@ -55,7 +55,7 @@ fn volume_through(scene: &Scene, offset: Vec2) -> (AirVolume, View) {
     let maps = reference::render_maps(scene, &views).0;
     let lighting = Lighting::new(scene, &views, &maps);
     let view = camera.to_gpu(0, UVec2::ZERO, 0);
-    let params = AirParams::new(&scene.air.expect("air"), scene.ambient);
+    let params = AirParams::new(&scene.air.expect("air"), scene.ambient, scene.samples);
     (AirVolume::new(&view, &camera.view_from_world.inverse(), &lighting, &params), camera)
 }
 

@@ -1,4 +1,5 @@
-//! Light of particles and voxels that the pictures through the samples of a pixel share.
+//! Light that the pictures through the samples of a pixel share: of particles, of voxels, and of surfaces where it is
+//! even.
 use crate::common::{
     TIERS, Tier, gpu,
     scenes::{empty, light, material, random_discs},
@@ -39,11 +40,11 @@ fn small(name: &str) -> Scene {
     gobo_scene::load_with(path.as_ref(), &set).unwrap()
 }
 
-/// The mean of samples that share light is that of samples alone, of particles and of voxels.
+/// The mean of samples that share light is that of samples alone, of particles, of voxels and of surfaces.
 #[test]
 fn samples_that_share_light_show_what_samples_alone_show() {
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
-    for (name, scene) in [("discs", discs()), ("cloud", small("cloud"))] {
+    for (name, scene, of_surfaces) in [("discs", discs(), 0), ("cloud", small("cloud"), 2)] {
         let found = renderer.render(&scene, &RenderOptions::default()).unwrap().picture;
         let mut mean = MeanPicture::new(&scene);
         for sample in 0..4 {
@@ -58,20 +59,21 @@ fn samples_that_share_light_show_what_samples_alone_show() {
             // At the border, a sample may show what the first does not.
             let [x, y] = [at % size.x, at / size.x];
             let is_inside = x > 1 && y > 1 && x + 2 < size.x && y + 2 < size.y;
-            let most = if is_inside { 0 } else { 40 };
+            // Even light of surfaces is off by at most a step or two.
+            let most = if is_inside { of_surfaces } else { 40 };
             let apart = (0..3).map(|i| a[i].abs_diff(b[i])).max().unwrap();
             assert!(apart <= most, "{name}, {x} {y}: {a:?}, not {b:?}");
         }
     }
 }
 
-/// Linear light of the picture through a sample, and what others may take over.
+/// Linear light of the picture through a sample, row by row, and what others may take over.
 fn lit(
     gpu: &Gpu,
     scene: &Scene,
     sample: usize,
     first_light: Option<FirstLight>,
-) -> (f32, FirstLight) {
+) -> (Vec<f32>, FirstLight) {
     let config = Config::new(gpu.tier, &gpu.adapter);
     let mut shadows =
         Shadows::sharing(&gpu.device, &gpu.queue, config, gpu.kernels.clone()).unwrap();
@@ -82,6 +84,7 @@ fn lit(
     let capacity = PictureCapacity::default();
     let request = PictureRequest { scene, camera, prepared: &prepared, capacity };
     let mut kept = Kept::default();
+    kept.is_first = true;
     kept.first_light = first_light;
     let picture = PreparedPicture::new(&shadows, &request, &mut kept).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -89,7 +92,7 @@ fn lit(
     picture.record(&mut encoder, &mut Timeline::untimed());
     gpu.queue.submit([encoder.finish()]);
     let light = picture.read_radiance(gpu).unwrap();
-    (light.iter().map(|light| light[0]).sum(), picture.first_light())
+    (light.iter().map(|light| light[0]).collect(), picture.first_light())
 }
 
 /// The light that is taken over is that of the other picture, even where it was three times as bright.
@@ -103,6 +106,65 @@ fn light_of_particles_is_looked_up_once() {
         let (_, first) = lit(&gpu, &brighter, 0, None);
         let (own, _) = lit(&gpu, &scene, 1, None);
         let (taken, _) = lit(&gpu, &scene, 1, Some(first));
+        let [own, taken] = [own, taken].map(|light| light.iter().sum::<f32>());
         assert!(own > 0.0 && (taken / own - 3.0).abs() < 0.02, "{tier:?}: {taken}, {own}");
+    }
+}
+
+/// A white floor below a lamp, seen from above, with the shadow of a bar across it.
+fn floor() -> Scene {
+    crate::common::files::read(
+        "[camera]\neye = [0, 6, 0.01]\ntarget = [0, 0, 0]\nfov_y = 30\nsize = [96, 64]\nsamples = 4\n\
+         occlusion = false\n[environment]\nambient = [0.05, 0.05, 0.05]\nbackground = [0, 0, 0]\n\
+         [shadow]\nsize = 512\n\
+         [[light]]\nkind = 'point'\nposition = [1.5, 1, 0.3]\nintensity = 3\n\
+         [[material]]\nname = 'white'\ntransfer = 'opaque'\ntint = [1, 1, 1, 1]\n\
+         [[shape]]\nkind = 'box'\nmaterial = 'white'\nscale = [20, 1, 20]\ntranslation = [0, -0.5, 0]\n\
+         [[shape]]\nkind = 'box'\nmaterial = 'white'\nscale = [0.1, 0.1, 8]\ntranslation = [0.3, 0.4, 0]\n",
+    )
+    .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Even light of the floor is that of the other picture; edges of the bar and of its shadow have their own.
+#[test]
+fn even_light_of_surfaces_is_looked_up_once() {
+    let scene = floor();
+    let mut brighter = scene.clone();
+    brighter.lights[0].intensity *= 3.0;
+    brighter.ambient *= 3.0;
+    for tier in tiers(Tier::Core) {
+        let gpu = gpu(tier);
+        let (_, first) = lit(&gpu, &brighter, 0, None);
+        let (own, _) = lit(&gpu, &scene, 1, None);
+        let (taken, _) = lit(&gpu, &scene, 1, Some(first));
+        let ratio = |(taken, own): (&f32, &f32)| taken / own;
+        let ratios: Vec<f32> = taken.iter().zip(&own).map(ratio).collect();
+        let near = |to: f32| ratios.iter().filter(|ratio| (*ratio / to - 1.0).abs() < 0.03).count();
+        let (even, edges) = (near(3.0), near(1.0));
+        let all = ratios.len();
+        println!("{tier:?}: {even} and {edges} of {all}");
+        assert!(even > all * 6 / 10 && edges > all / 50, "{tier:?}: {even}, {edges} of {all}");
+        assert!(even + edges > all * 98 / 100, "{tier:?}: {even}, {edges} of {all}");
+    }
+}
+
+/// Light that is taken over is that at the sample's own place: the lamp's light falls towards the border.
+#[test]
+fn light_that_is_taken_over_follows_its_slope() {
+    let scene = floor();
+    let gpu = gpu(TIERS[0]);
+    let (former, first) = lit(&gpu, &scene, 0, None);
+    for sample in 1..4 {
+        let (own, _) = lit(&gpu, &scene, sample, None);
+        let (taken, _) = lit(&gpu, &scene, sample, Some(first.clone()));
+        let apart = |a: &[f32]| {
+            let mut apart: Vec<f32> =
+                a.iter().zip(&own).map(|(a, own)| (a / own - 1.0).abs()).collect();
+            apart.sort_by(f32::total_cmp);
+            apart[apart.len() / 2]
+        };
+        let (moved, still) = (apart(&taken), apart(&former));
+        println!("{sample}: {moved} and {still}");
+        assert!(still > 1e-3 && moved < 0.25 * still, "{sample}: {moved} and {still}");
     }
 }

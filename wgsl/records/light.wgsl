@@ -61,8 +61,7 @@ struct PictureParams {
     environment_size: u32,            // edge of its sharp level [texels]
     image_reach: f32,      // edge of the area of a sample, for images [pixels]
     cutout_threshold: f32, // mean opacity from which a cutout with small texels is solid
-    pad_0: u32,
-    pad_1: u32,
+    from_first: vec2<f32>, // offset of the sample in its pixel from the first sample's [pixels]
     irradiance: array<vec4<f32>, 9>,  // of the environment, spherical harmonics (rgb)
 }
 

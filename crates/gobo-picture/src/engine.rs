@@ -68,6 +68,11 @@ pub(super) fn settings(scene: &Scene, reads_maps: bool) -> ShadowSettings {
     ShadowSettings { receiver, curve_memory, ..scene.shadow }
 }
 
+/// Whether the samples of a pixel share light: through a lens they have other eyes.
+fn shares_light(scene: &Scene) -> bool {
+    scene.samples > 1 && scene.lens.radius == 0.0
+}
+
 impl GpuEngine {
     /// An engine on an open device.
     pub(super) fn new(gpu: Gpu) -> Result<Self, Error> {
@@ -105,6 +110,7 @@ impl GpuEngine {
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = picture_views(scene, &limits);
         let whole = View::from_camera(&scene.camera, &scene.held_bounds());
+        self.kept.is_first = options.sample.is_none() && shares_light(scene);
         let first = options.sample.unwrap_or(0) as usize;
         let camera = View::of_samples(scene, &whole).nth(first).unwrap_or_else(|| whole.clone());
         // Compiles the picture's kernels while the device renders the maps of a first frame.
@@ -188,8 +194,7 @@ impl GpuEngine {
             picture.light = self.read_light(&shown)?;
         }
         if has_more {
-            // Through a lens the samples have other eyes.
-            self.kept.first_light = (scene.lens.radius == 0.0).then(|| shown.first_light());
+            self.kept.first_light = shares_light(scene).then(|| shown.first_light());
             picture = self.shade_samples(lit, whole, budget, picture.light, options)?;
             self.kept.first_light = None;
         } else {
@@ -229,6 +234,7 @@ impl GpuEngine {
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.toggles.count_first = count_first);
         // Prepared twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
+        self.kept.is_first = shares_light(scene);
         let settings = &settings(scene, false);
         self.shadows.prepare_uncompiled(&casters, &views, settings, &inputs)?;
         let prepared = self.shadows.prepare_uncompiled(&casters, &views, settings, &inputs)?;

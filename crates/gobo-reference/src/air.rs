@@ -40,6 +40,8 @@ pub const THIN: f32 = 1e-3;
 
 /// Angle at a lamp between two samples \[radians\]: half a degree.
 pub const SAMPLE_ANGLE: f32 = 0.008_726_6;
+/// Fewest samples of a light in a slice: the edge of a shaft across the slice is then no step.
+pub const MIN_AIR_SAMPLES: u32 = 2;
 /// Most samples of a light in a slice.
 pub const MAX_AIR_SAMPLES: u32 = 16;
 /// Most samples of all lights in a slice, unless each light has the minimum: the loops of an invocation share
@@ -105,9 +107,11 @@ impl ColumnRay {
         let is_local = light.kind != LIGHT_DIRECTIONAL;
         let seen = (apart * (high - low)).atan2(apart * apart + low * high);
         let angle = if is_local { seen } else { 0.0 };
-        let least = params.samples;
-        let most = (MAX_LIT_SAMPLES / lighting.lights().len() as u32).clamp(least, MAX_AIR_SAMPLES);
-        let count = ((angle / SAMPLE_ANGLE).ceil() as u32).clamp(least, most);
+        let most = (MAX_LIT_SAMPLES / lighting.lights().len() as u32)
+            .clamp(MIN_AIR_SAMPLES, MAX_AIR_SAMPLES);
+        let wanted = ((angle / SAMPLE_ANGLE).ceil() as u32).clamp(MIN_AIR_SAMPLES, most);
+        // Those of the pictures through all samples of a pixel interleave.
+        let count = wanted.div_ceil(params.pictures);
         let sample = |i: u32| {
             let part = (i as f32 + 0.5 + self.phase) / count as f32;
             let (at, share) = if is_local {

@@ -45,7 +45,8 @@ pub(super) fn air(
     let most = blocks.max().unwrap_or(0) * u64::from(air.steps.div_ceil(AIR_RUN));
     let words = u64::from(ITEM_HEAD) + most;
     let items = allocator.storage::<u32>("air_items", words, BufferUsages::INDIRECT)?;
-    let params = allocator.uniform("air_params", &AirParams::new(air, scene.mean_ambient()));
+    let params = AirParams::new(air, scene.mean_ambient(), scene.samples);
+    let params = allocator.uniform("air_params", &params);
     let resources = resources
         .clone()
         .with("air_params", &params)

@@ -1,5 +1,5 @@
 //! Light that the pictures through the samples of a pixel share.
-use glam::UVec2;
+use glam::{UVec2, Vec2};
 use gobo::{model::View, records::GpuView};
 use wgpu::Texture;
 
@@ -16,6 +16,10 @@ pub struct FirstLight {
     pub(super) particles: Texture,
     /// Light of the lattices of all bricks.
     pub(super) bricks: Texture,
+    /// Visible surfaces and their light, if pictures take it over.
+    pub(super) surfaces: Option<Texture>,
+    /// Offset of the sample in its pixel \[pixels\].
+    pub(super) offset: Vec2,
 }
 
 /// The view in which casters are listed: the camera's, or one around it, for pictures with several samples.

@@ -47,6 +47,8 @@ pub(super) struct ShadeFeatures {
     /// Kernel that makes points of visible opaque surfaces.
     of_surfaces: &'static KernelDesc,
     has_layers: bool,
+    /// Whether pictures through further samples take over the light of surfaces.
+    keeps_light: bool,
     /// Whether some translucent casters are triangles.
     has_panes: bool,
     /// Kernel that stores the surfaces for masks, if lights have masks.
@@ -110,12 +112,25 @@ impl ShadeFeatures {
             casters: light,
             masks: masks.map(|memory| mask::surfaces(memory.is_half())),
             has_layers,
+            keeps_light: false,
             has_panes: panes,
             of_composite: finish.composite(),
             composite: aired(Features::NONE)
                 .with(Flags::HAS_COATS, has_coats)
                 .with(Flags::HAS_LAYERS, has_layers)
                 .with(Flags::HAS_PANES, panes),
+        }
+    }
+}
+
+impl ShadeFeatures {
+    /// Of a picture that keeps the light of its surfaces, or takes it over.
+    pub(super) fn sharing(self, targets: &Targets) -> Self {
+        let shares = targets.first_surfaces.is_some();
+        Self {
+            surfaces: self.surfaces.with(Flags::TAKES_LIGHT, shares && targets.is_lit),
+            keeps_light: shares && !targets.is_lit,
+            ..self
         }
     }
 }
@@ -219,6 +234,9 @@ impl ToShade<'_, '_> {
             pixels.push(self.run(&shade::PANES, features.panes, &of_panes, points)?);
         }
         pixels.extend_from_slice(light);
+        if features.keeps_light {
+            pixels.push(self.run(&shade::KEEP, Features::NONE, &of_solid, groups)?);
+        }
         pixels.push(self.run(features.of_composite, features.composite, &of_solid, groups)?);
         Ok(BandDispatches { surfaces, masks, air, pixels })
     }

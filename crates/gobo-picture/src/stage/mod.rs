@@ -48,6 +48,7 @@ pub const KERNELS: &[&KernelDesc] = &[
     &shade::LAYERS,
     &shade::SURFACES,
     &shade::CATCHING_SURFACES,
+    &shade::KEEP,
     &shade::PANES,
     &shade::CASTERS,
     &shade::BRICKS,

@@ -106,6 +106,9 @@ pub fn composite(keeps_ambient: bool, keeps_behind: bool) -> &'static KernelDesc
     }
 }
 
+/// Keeps the light of surfaces for pictures through further samples of the pixels.
+pub const KEEP: KernelDesc = of_pixels("shade_keep", "shade/shade_keep.wgsl");
+
 /// Points of the two nearest panes.
 pub const PANES: KernelDesc = KernelDesc {
     tiers: Tier::BY_RECORDS,

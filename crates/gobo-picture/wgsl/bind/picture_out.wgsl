@@ -26,3 +26,4 @@ import package::records::picture::ClusterCounters;
 @group(0) @binding(144) var bloom_to: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(146) var behinds: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(147) var bends: texture_storage_2d<rgba32uint, write>;
+@group(0) @binding(192) var first_surfaces: texture_storage_2d<rgba32uint, write>;

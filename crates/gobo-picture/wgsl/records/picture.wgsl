@@ -7,7 +7,7 @@ struct AirParams {
     extinction: vec3<f32>, // coefficient [1/m]
     slices: u32,
     ambient: vec3<f32>,    // ambient radiance times the share that is scattered
-    samples: u32,          // per slice
+    pictures: u32,         // samples of a pixel, which share those of a slice
 }
 
 const AIR_CELL: u32 = 4u; // edge of a column [pixels]

@@ -18,6 +18,8 @@ import package::shade::shadow::{UNSHADED, past_view, receiver_of};
 
 // Angle at a lamp between two samples [radians]: half a degree.
 const SAMPLE_ANGLE: f32 = 0.0087266;
+// Fewest samples of a light in a slice: the edge of a shaft across the slice is then no step.
+const MIN_AIR_SAMPLES: u32 = 2u;
 // Most samples of a light in a slice, and of all lights: the loops of an invocation share llvmpipe's 65,535
 // iterations.
 const MAX_AIR_SAMPLES: u32 = 16u;
@@ -101,10 +103,12 @@ fn stretch_of(light: GpuLight, column: Column) -> Stretch {
     let apart = max(length(origin - column.ray * nearest), NEAREST);
     let is_local = light.kind != LIGHT_DIRECTIONAL;
     let angle = select(0.0, atan2(apart * (high - low), apart * apart + low * high), is_local);
-    let most = clamp(MAX_LIT_SAMPLES / picture_params.light_count, air_params.samples, MAX_AIR_SAMPLES);
-    let wanted = clamp(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), air_params.samples, most);
+    let most = clamp(MAX_LIT_SAMPLES / picture_params.light_count, MIN_AIR_SAMPLES, MAX_AIR_SAMPLES);
+    let wanted = clamp(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), MIN_AIR_SAMPLES, most);
+    // Those of the pictures through all samples of a pixel interleave.
+    let count = (wanted + air_params.pictures - 1u) / air_params.pictures;
     let is_lit = (high > low) & ((light.traits & SHAFTS_BIT) != 0u);
-    return Stretch(metres, nearest, low, high, apart, angle, select(0u, wanted, is_lit));
+    return Stretch(metres, nearest, low, high, apart, angle, select(0u, count, is_lit));
 }
 
 // Distance of sample `i` along the ray, from the place nearest to the lamp [m], and the length of ray that it

@@ -7,6 +7,7 @@ import package::bind::picture_out::lit;
 import package::bind::uniform::{materials, views};
 import package::features::{
     HAS_CAPSULES, HAS_COATS, HAS_DETAILS, HAS_ENVIRONMENT, HAS_PARTICLES, HAS_TEXTURES, HAS_TRIANGLES,
+    TAKES_LIGHT,
 };
 import package::hit::triangle::{triangle_color, triangle_image, triangle_weights};
 import package::records::caster::{capsule_of, caster_color, material_of, particle_object};
@@ -30,6 +31,7 @@ import package::shade::point_light::ambient;
 import package::shade::points::{append_point, store_point};
 import package::shade::shading::{irradiance, mirrored_solid};
 import package::shade::surface::{eye, world_point};
+import package::shade::taken_light::taken_light;
 import package::traversal::lane::LANES;
 import choice::catcher::caught;
 import choice::records::caster_record;
@@ -178,6 +180,13 @@ fn shade_surfaces(
     if point.kind == POINT_NONE {
         textureStore(lit, record_texel(at.index), vec4(point.emission, 1.0));
     } else if all(at.pixel < vec2<u32>(view.size)) {
+        if TAKES_LIGHT {
+            let taken = taken_light(at.pixel, point, depth);
+            if taken.is_even {
+                textureStore(lit, record_texel(at.index), vec4(taken.light, 1.0));
+                return;
+            }
+        }
         append_point(SURFACE_LIST, at.index);
     }
 }

@@ -1,6 +1,6 @@
 //! Parameters of the air for kernels.
 use glam::{UVec2, Vec3};
-use gobo::model::Air;
+use gobo::model::{Air, MAX_SAMPLES};
 
 /// Edge of a column \[pixels\]. WGSL: `crates/gobo-picture/wgsl/records/picture.wgsl`.
 pub const AIR_CELL: u32 = 4;
@@ -16,27 +16,24 @@ gobo::gpu_struct! {
         pub slices: u32,
         /// Ambient radiance that the air scatters: the scene's times the air's share.
         pub ambient: Vec3,
-        /// Samples in a slice.
-        pub samples: u32,
+        /// Pictures, one through each sample of the pixels, which share the samples in a slice.
+        pub pictures: u32,
     }
 }
 
 impl AirParams {
-    /// `ambient`: the scene's ambient radiance.
-    pub fn new(air: &Air, ambient: Vec3) -> Self {
+    /// `ambient`: the scene's ambient radiance; `pictures`: one through each sample of the pixels.
+    pub fn new(air: &Air, ambient: Vec3, pictures: u32) -> Self {
         Self {
             scattering: air.scattering,
             anisotropy: air.anisotropy,
             extinction: air.extinction,
             slices: air.steps,
             ambient: ambient * air.ambient,
-            samples: SAMPLES,
+            pictures: pictures.clamp(1, MAX_SAMPLES),
         }
     }
 }
-
-/// Samples in a slice; more than one, so that the edge of a shaft across the slice is not a step.
-const SAMPLES: u32 = 2;
 
 /// Columns of air in a picture.
 pub fn air_columns(size: UVec2) -> UVec2 {

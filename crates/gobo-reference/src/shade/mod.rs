@@ -97,7 +97,7 @@ fn render_sample(scene: &Scene, lighting: &Lighting<'_>, camera: &View) -> Vec<V
     let air = scene
         .air
         .as_ref()
-        .map(|air| AirParams::new(air, scene.mean_ambient()))
+        .map(|air| AirParams::new(air, scene.mean_ambient(), scene.samples))
         .map(|air| AirVolume::new(&view, &world_from_view, lighting, &air));
     let mut eye = Eye { view, world_from_view, lighting, air, masks: None };
     let [solid, blended] = [Class::SOLID, Class::BLENDED].map(|of| OfClasses::new(scene, of));

@@ -10,12 +10,12 @@ use super::{
     bands::{TileRect, band_tiles},
     clusters::Clusters,
     finish::{Finish, ToFinish},
-    first_light::{FirstLight, around},
+    first_light::around,
     lighting::Lighting,
     lists::CameraList,
     shading::{ShadeFeatures, Shading, ToShade},
 };
-use glam::UVec2;
+use glam::{UVec2, Vec2};
 use gobo::{
     Error,
     frame::Commands,
@@ -55,6 +55,8 @@ pub struct PreparedPicture {
     tile_count: u32,
     /// View in which its casters are listed.
     around: GpuView,
+    /// Offset of the sample in its pixel \[pixels\].
+    offset: Vec2,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
@@ -69,6 +71,8 @@ pub(super) struct Targets {
     pub(super) brick_lights: Texture,
     /// Whether the light of particles and bricks is that of another picture.
     pub(super) is_lit: bool,
+    /// Light of surfaces for pictures through further samples, or from the first.
+    pub(super) first_surfaces: Option<Texture>,
     pixels: Buffer,
     /// Counters of the lists, part by part.
     counters: Buffer,
@@ -82,13 +86,14 @@ impl Targets {
         lit_count: u32,
         lattice_points: u32,
         part_count: usize,
-        taken: Option<&FirstLight>,
+        kept: &Kept,
     ) -> Result<Self, Error> {
         let read = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
         let (float, copied) = (TextureFormat::Rgba32Float, BufferUsages::COPY_SRC);
         let extent = [u64::from(size.x), u64::from(size.y), 1];
         let radiance = allocator.texture("radiance", float, extent, read)?;
         let mut records = |name, count: u32| allocator.records(name, float, count.into(), read);
+        let taken = kept.first_light.as_ref();
         let (lit, brick_lights) = match taken {
             Some(taken) => (taken.particles.clone(), taken.bricks.clone()),
             None => (records("lit_casters", lit_count)?, records("brick_lights", lattice_points)?),
@@ -99,7 +104,15 @@ impl Targets {
         let counters =
             allocator.storage::<[BatchCounters; 2]>("picture_counters", parts, copied)?;
         let is_lit = taken.is_some();
-        Ok(Self { radiance, lit, brick_lights, is_lit, pixels, counters })
+        let first_surfaces = match taken {
+            Some(taken) => taken.surfaces.clone(),
+            None if kept.is_first => {
+                let (name, format) = ("first_surfaces", TextureFormat::Rgba32Uint);
+                Some(allocator.texture(name, format, extent, TextureUsages::STORAGE_BINDING)?)
+            }
+            None => None,
+        };
+        Ok(Self { radiance, lit, brick_lights, is_lit, first_surfaces, pixels, counters })
     }
 }
 
@@ -140,16 +153,14 @@ impl PreparedPicture {
         let records = request.light_records();
         let lattice_points = shadows.casters()?.bricks().lattice_points;
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
-        let params = request.params(&records, &clusters.grid, lists[1].setup_origin);
+        let offset = camera.shear();
+        let from_first = first.as_ref().map_or(Vec2::ZERO, |first| offset - first.offset);
+        let setup_origin = lists[1].setup_origin;
+        let params = request.params(&records, &clusters.grid, setup_origin, from_first);
         let params = allocator.uniform("picture_params", &params);
-        let mut targets = Targets::new(
-            &mut allocator,
-            size,
-            lit_count,
-            lattice_points,
-            rects.len(),
-            first.as_ref(),
-        )?;
+        let mut targets =
+            Targets::new(&mut allocator, size, lit_count, lattice_points, rects.len(), kept)?;
+
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
         // With all their levels; maps read only the first.
         let images = array_view(&shadows.casters()?.images);
@@ -163,6 +174,7 @@ impl PreparedPicture {
             .with("picture_params", &params)
             .with("lights", &clusters.lights)
             .with("clusters", &clusters.lists)
+            .with_any("first_surfaces", targets.first_surfaces.as_ref())
             .with("radiance", &targets.radiance)
             .with("pixels", &targets.pixels);
         let bands: Vec<_> = rects.iter().flat_map(|part| part.bands(band.tiles)).collect();
@@ -178,7 +190,8 @@ impl PreparedPicture {
                 allocator: &mut allocator,
                 shadows,
                 materials: &scene.materials,
-                features: ShadeFeatures::new(&lists, &lighting, &finish, cost, scene),
+                features: ShadeFeatures::new(&lists, &lighting, &finish, cost, scene)
+                    .sharing(&targets),
                 lists: &lists,
                 rounds: capacity.rounds,
                 memory: &band,
@@ -211,6 +224,7 @@ impl PreparedPicture {
             band,
             tile_count: tiles.element_product(),
             around,
+            offset,
             memory,
         })
     }

@@ -51,9 +51,14 @@ impl PreparedPicture {
     /// Light that pictures through further samples of the pixels take over, by
     /// [`Kept::first_light`](super::Kept::first_light).
     pub fn first_light(&self) -> FirstLight {
-        let Targets { lit, brick_lights, .. } = &self.targets;
-        let (particles, bricks) = (lit.clone(), brick_lights.clone());
-        FirstLight { around: self.around, particles, bricks }
+        let Targets { lit, brick_lights, first_surfaces, .. } = &self.targets;
+        FirstLight {
+            around: self.around,
+            particles: lit.clone(),
+            bricks: brick_lights.clone(),
+            surfaces: first_surfaces.clone(),
+            offset: self.offset,
+        }
     }
 
     /// Slices of each column of air that were lit, row by row; empty without air. Blocks.

@@ -1,6 +1,6 @@
 //! Inputs of a picture.
 use crate::picture::{FirstLight, band_memory::BandMemory};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use gobo::{
     model::{Environment, Scene, View},
     records::{FormerSlots, ImageDetail, LightRecords},
@@ -31,12 +31,14 @@ impl PictureRequest<'_> {
         LightRecords::new(lights, prepared.views(), prepared.gpu_views(), &scene.shadow)
     }
 
-    /// `first_setup`: footprint with the translucent setup 0, modulo 2^32.
+    /// `first_setup`: footprint with the translucent setup 0, modulo 2^32; `from_first`: offset from the first
+    /// sample \[pixels\].
     pub(super) fn params(
         &self,
         records: &LightRecords,
         grid: &ClusterGrid,
         first_setup: u32,
+        from_first: Vec2,
     ) -> PictureParams {
         let Self { scene, camera, prepared, .. } = self;
         let detail = ImageDetail::new(scene.samples, camera.sample_offset());
@@ -65,8 +67,7 @@ impl PictureRequest<'_> {
             environment_size: scene.environment.as_ref().map_or(0, |sky| sky.size()),
             image_reach: detail.reach,
             cutout_threshold: detail.threshold,
-            pad_0: 0,
-            pad_1: 0,
+            from_first,
             irradiance: scene.irradiance().map(|c| c.extend(0.0)),
         }
     }
@@ -79,6 +80,8 @@ pub struct Kept {
     pub slots: FormerSlots,
     pub(in crate::picture) masks: Option<Arc<MaskTextures>>,
     pub(super) band: Option<Arc<BandMemory>>,
+    /// Whether pictures through further samples of the pixels will take over the picture's light of surfaces.
+    pub is_first: bool,
     /// Light of a picture through the first sample of the pixels, for pictures through further ones.
     pub first_light: Option<FirstLight>,
     /// Environment of the last picture that had one, and its texels on the device.
