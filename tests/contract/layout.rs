@@ -281,11 +281,11 @@ const TEXELS: &[&str] = &[
 
 /// Records that are in textures on every device.
 const IN_TEXTURES: &[&str] =
-    &["clusters", "histograms", "layers", "lit", "masks", "new_levels", "points", "tiles"];
+    &["clusters", "histograms", "layers", "lit", "masks", "new_levels", "points"];
 
 /// Records that are in textures where a device's `RecordForm` is `Textures`.
 const IN_EITHER: &[&str] =
-    &["clipped_rects", "footprints", "keys", "pairs", "rects", "setups", "sorted_pairs"];
+    &["clipped_rects", "footprints", "keys", "pairs", "rects", "setups", "sorted_pairs", "tiles"];
 
 fn is_written_texture(binding: &Binding) -> bool {
     match binding.kind {

@@ -65,7 +65,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
     let corners: Vec<_> =
         rects.iter().map(|rect| Pair { key: rect.corners, value: rect.mask_view }).collect();
     let pairs = of_pairs("pairs", tier, &vec![none; room]);
-    let tiles = gpu.texture("tiles", pair_texture_size(TILES), Rgba32Uint);
+    let tiles = records(gpu, tier, ("tiles", Rgba32Uint), &[[0_u32; 4]; TILES as usize], [0; 4]);
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let words = |label, count: usize| gpu.upload(label, &vec![0_u32; count], storage);
     let counters = gpu.upload("counters", &[BatchCounters::default()], storage);
@@ -102,7 +102,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
     }
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
-    let texels: Vec<[u32; 4]> = gpu.read_texture(&tiles);
+    let texels: Vec<[u32; 4]> = read_records(gpu, &tiles);
     Found {
         pairs: read_records(gpu, &pairs),
         tiles: texels[..TILES as usize]

@@ -12,6 +12,7 @@ import package::records::tile::Segment;
 @group(0) @binding(48) var<storage, read> rects: array<vec2<u32>>;
 @group(0) @binding(50) var<storage, read> setups: array<vec4<u32>>;
 @group(0) @binding(56) var<storage, read> sorted: array<vec2<u32>>;
+@group(0) @binding(53) var<storage, read> tiles: array<vec4<u32>>;
 @group(0) @binding(57) var<storage, read> keys: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(10) var<storage, read> counts: array<u32>;

@@ -1,6 +1,6 @@
 // Records from the buffers that they were written to.
 
-import package::bind::read::{casters, footprints, keys, pairs, rects, setups, sorted};
+import package::bind::read::{casters, footprints, keys, pairs, rects, setups, sorted, tiles};
 import package::records::record::{CasterRecord, FootprintRecord};
 
 fn caster_record(index: u32) -> CasterRecord {
@@ -29,4 +29,8 @@ fn sorted_record(index: u32) -> vec2<u32> {
 
 fn pair_record(index: u32) -> vec2<u32> {
     return pairs[index];
+}
+
+fn tile_words(index: u32) -> vec4<u32> {
+    return tiles[index];
 }

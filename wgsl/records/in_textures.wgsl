@@ -1,7 +1,7 @@
 // Records from textures: where a stage has few storage buffers, or the adapter reads them slowly. Casters
 // that kernels have written were copied there.
 
-import package::bind::sampled::{casters, footprints, keys, pairs, rects, setups, sorted};
+import package::bind::sampled::{casters, footprints, keys, pairs, rects, setups, sorted, tiles};
 import package::records::record::{CasterRecord, FootprintRecord, record_texel};
 
 const CASTER_TEXELS: u32 = 2u;
@@ -43,4 +43,9 @@ fn sorted_record(index: u32) -> vec2<u32> {
 // Tile and footprint; to a sort, key and value.
 fn pair_record(index: u32) -> vec2<u32> {
     return textureLoad(pairs, record_texel(index), 0).xy;
+}
+
+// Work of a tile (wgsl/records/tile.wgsl).
+fn tile_words(index: u32) -> vec4<u32> {
+    return textureLoad(tiles, record_texel(index), 0);
 }

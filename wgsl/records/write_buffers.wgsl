@@ -1,6 +1,8 @@
 // Records to buffers.
 
-import package::bind::changed::{clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs};
+import package::bind::changed::{
+    clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs, tiles,
+};
 import package::records::record::FootprintRecord;
 
 fn write_footprint(index: u32, footprint: FootprintRecord) {
@@ -29,4 +31,8 @@ fn write_pair(index: u32, pair: vec2<u32>) {
 
 fn write_sorted_pair(index: u32, pair: vec2<u32>) {
     sorted_pairs[index] = pair;
+}
+
+fn write_tile_words(index: u32, words: vec4<u32>) {
+    tiles[index] = words;
 }

@@ -1,6 +1,8 @@
 // Records to textures.
 
-import package::bind::stored::{clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs};
+import package::bind::stored::{
+    clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs, tiles,
+};
 import package::records::in_textures::FOOTPRINT_TEXELS;
 import package::records::record::{FootprintRecord, record_texel};
 
@@ -32,4 +34,8 @@ fn write_pair(index: u32, pair: vec2<u32>) {
 
 fn write_sorted_pair(index: u32, pair: vec2<u32>) {
     textureStore(sorted_pairs, record_texel(index), vec4(pair, 0u, 0u));
+}
+
+fn write_tile_words(index: u32, words: vec4<u32>) {
+    textureStore(tiles, record_texel(index), words);
 }
