@@ -12,6 +12,7 @@ import package::records::tile::Segment;
 @group(0) @binding(48) var<storage, read_write> rects: array<vec2<u32>>;
 @group(0) @binding(50) var<storage, read_write> setups: array<vec4<u32>>;
 @group(0) @binding(53) var<storage, read_write> tiles: array<vec4<u32>>;
+@group(0) @binding(55) var<storage, read_write> histograms: array<u32>;
 @group(0) @binding(57) var<storage, read_write> keys: array<vec2<u32>>;
 @group(0) @binding(61) var<storage, read_write> sorted_pairs: array<vec2<u32>>;
 @group(0) @binding(69) var<storage, read_write> clipped_rects: array<vec2<u32>>;

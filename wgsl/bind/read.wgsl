@@ -11,6 +11,7 @@ import package::records::tile::Segment;
 @group(0) @binding(46) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(48) var<storage, read> rects: array<vec2<u32>>;
 @group(0) @binding(50) var<storage, read> setups: array<vec4<u32>>;
+@group(0) @binding(55) var<storage, read> histograms: array<u32>;
 @group(0) @binding(56) var<storage, read> sorted: array<vec2<u32>>;
 @group(0) @binding(53) var<storage, read> tiles: array<vec4<u32>>;
 @group(0) @binding(57) var<storage, read> keys: array<vec2<u32>>;
