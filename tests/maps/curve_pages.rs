@@ -242,7 +242,7 @@ fn parts_of_tiles_have_pages() {
 }
 
 /// Pages run out in the middle of the parts: tiles of earlier parts keep their nodes, the others have one
-/// node, and a second frame from nothing has the same.
+/// node, and a second frame from nothing has the same. The next frame has room.
 #[test]
 fn parts_without_room_have_one_node() {
     for tier in tiers(Tier::Native) {
@@ -256,14 +256,15 @@ fn parts_without_room_have_one_node() {
         let at_nearest = prepared(&mut shadows(&gpu), &first, CurveMemory::Whole);
         run(&gpu, &at_nearest);
         scene.shadow.pair_budget = expected.counters().unwrap().pairs as u32 / 16;
-        let [short, again] = [(); 2].map(|()| {
-            let maps = prepared(&mut shadows(&gpu), &scene, CurveMemory::Counted);
+        let mut paged = shadows(&gpu);
+        let [short, again] = [&mut paged, &mut shadows(&gpu)].map(|shadows| {
+            let maps = prepared(shadows, &scene, CurveMemory::Counted);
             run(&gpu, &maps);
             maps
         });
         let counters = short.counters().unwrap();
         assert!(counters.overflowed > 0 && counters.unordered == 0, "{counters:?}");
-        assert!(counters.pairs > 1 << 19, "few parts: {counters:?}");
+        assert!(counters.pairs_needed > 1 << 19, "few parts: {counters:?}");
         assert_same(&gpu, [&again, &short], &format!("{tier}, again"));
         let (view, maps) = (&short.views()[0], short.maps());
         let places = maps.curve_places(&gpu, maps.slots[0], view.size).unwrap();
@@ -308,6 +309,13 @@ fn parts_without_room_have_one_node() {
             }
         }
         assert!(curved > 100 && stepped > 100, "{curved} and {stepped} points");
+
+        assert!(paged.grow_from(&counters));
+        let roomy = prepared(&mut paged, &scene, CurveMemory::Counted);
+        run(&gpu, &roomy);
+        let counters = roomy.counters().unwrap();
+        assert!(counters.overflowed > 0 && counters.short_tiles == 0, "{counters:?}");
+        assert_same(&gpu, [&roomy, &expected], &format!("{tier}, with room"));
     }
 }
 
