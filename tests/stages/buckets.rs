@@ -147,8 +147,8 @@ fn buckets_are_what_the_reference_bins() {
                 if merged > 0 {
                     let of_tile = &found.segments[merged as usize - 1..][..needed as usize];
                     for (i, segment) in (1..).zip(of_tile) {
-                        let flags = u32::from(i == 1) | u32::from(i == needed) << 1;
-                        assert_eq!(segment.source, tile as u32 / 16 | flags << 8, "{name}");
+                        let flags = u32::from(i == 1) | (u32::from(i == needed) << 1);
+                        assert_eq!(segment.source, (tile as u32 / 16) | (flags << 8), "{name}");
                     }
                     let ends = of_tile.iter().map(|segment| segment.end).collect::<Vec<_>>();
                     assert_eq!((of_tile[0].first, ends[ends.len() - 1]), (first, end), "{name}");
