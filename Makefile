@@ -189,13 +189,15 @@ profile: setup
 	@[ -n "$(GOBO)" ] || cargo build --release --quiet
 	@python3 tools/profile.py
 
-# The cases that the README shows, as benches/results/$(DEVICE).json: close what else runs.
+# The cases that the README shows, as benches/results/$(DEVICE).json: close what else runs. Then what core costs beside
+# the device's tier.
 DEVICE := llvmpipe
 CASES := 10kx6,100kx16,1mx16,1mx6,1mx0.5,1mx16@1
 results: setup
 	@mkdir -p benches/results
 	cargo run --release --quiet -- bench --case $(CASES) --vs raster --runs 9 \
 		--json benches/results/$(DEVICE).json
+	python3 tools/core_cost.py target/release/gobo $(CASES) benches/results/$(DEVICE)-core.json
 
 # Kernels beside loops for the CPU that do the same work.
 native: setup

@@ -2,7 +2,7 @@
 //! GPU.
 use gobo::{
     Shadows,
-    gpu::Gpu,
+    gpu::{Gpu, Selection, Tier},
     stage::{buckets::BUCKET_PAIRS, sort::Partition},
     view::shadow_views,
 };
@@ -19,15 +19,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let path =
         std::env::args_os().nth(1).map_or_else(|| root.join("benches/NOTES.md"), PathBuf::from);
-    let gpu = Gpu::headless()?;
     let mut table =
-        "| scene | views | on GPUs: dispatches, waits | with a sort: dispatches, waits \
-                     | on software adapters: dispatches, waits |\n|---|---|---|---|---|\n"
+        "| scene | views | tier | on GPUs: dispatches, waits | with a sort: dispatches, waits \
+                     | on software adapters: dispatches, waits |\n|---|---|---|---|---|---|\n"
             .to_owned();
-    for name in ["data/lamps.toml", "data/gallery/market.toml"] {
+    let scenes = ["data/lamps.toml", "data/gallery/market.toml"];
+    for (name, tier) in
+        scenes.into_iter().flat_map(|name| [(name, Tier::Native), (name, Tier::Core)])
+    {
+        let gpu = Gpu::new(&Selection { tier: Some(tier), ..Selection::default() })?;
         let scene = gobo_scene::load(&root.join(name))?;
         let views = shadow_views(&scene);
-        write!(table, "| `{name}` | {} |", views.len())?;
+        write!(table, "| `{name}` | {} | {tier} |", views.len())?;
         // A frame is counted first, so that those after it are told of.
         let mut first = Shadows::new(&gpu.device, &gpu.queue, &gpu.adapter)?;
         let prepared = first.prepare(&scene.casters(), &views, &scene.shadow)?;

@@ -2,8 +2,8 @@
 use super::{Dispatch, Work};
 use crate::{
     gpu::{
-        Allocator, Constant, Kernel, KernelCache, KernelDesc, KernelError, Memory, Resources,
-        Shelf, Tier,
+        Allocator, Constant, Kernel, KernelCache, KernelDesc, KernelError, Memory, RecordForm,
+        Resource, Resources, Shelf, Tier,
     },
     stage::{features::Features, tuning::Tuning},
 };
@@ -117,14 +117,44 @@ impl Kernels {
             .filled(label, data, usage)
     }
 
-    /// A texture whose contents are undefined, for users of a frame one after another, and whether this user
-    /// is the first.
-    pub(super) fn shared_texture(
+    /// Rows of words whose contents are undefined, where records are, for users of a frame one after another,
+    /// and whether this user is the first.
+    pub(super) fn shared_words(
         &self,
-        desc: &wgpu::TextureDescriptor<'static>,
-    ) -> (wgpu::Texture, bool) {
-        let made = || (self.device.create_texture(desc), true);
-        self.shelf().map_or_else(made, |shelf| shelf.shared_texture(&self.device, desc))
+        label: &'static str,
+        [width, height]: [u32; 2],
+    ) -> (Resource, bool) {
+        let (device, label) = (&self.device, Some(label));
+        match self.tuning.record_form {
+            RecordForm::Buffers => {
+                let desc = wgpu::BufferDescriptor {
+                    label,
+                    size: u64::from(width) * u64::from(height) * size_of::<u32>() as u64,
+                    usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+                    mapped_at_creation: false,
+                };
+                let made = || (device.create_buffer(&desc), true);
+                let of_shelf = |shelf: &Shelf| shelf.shared_buffer(device, &desc);
+                let (buffer, is_first) = self.shelf().map_or_else(made, of_shelf);
+                (Resource::Buffer(buffer), is_first)
+            }
+            RecordForm::Textures => {
+                let desc = wgpu::TextureDescriptor {
+                    label,
+                    size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format: wgpu::TextureFormat::R32Uint,
+                    usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
+                    view_formats: &[],
+                };
+                let made = || (device.create_texture(&desc), true);
+                let of_shelf = |shelf: &Shelf| shelf.shared_texture(device, &desc);
+                let (texture, is_first) = self.shelf().map_or_else(made, of_shelf);
+                (Resource::Texture(texture), is_first)
+            }
+        }
     }
 
     /// Tunes kernels that are requested from now on to another profile.

@@ -9,7 +9,7 @@ use crate::{
     },
 };
 use std::ops::Range;
-use wgpu::{Buffer, BufferUsages, TextureFormat::R32Uint};
+use wgpu::{Buffer, BufferUsages};
 
 /// Source of the number of pairs.
 #[derive(Clone, Copy, Debug)]
@@ -57,18 +57,9 @@ impl Sort {
         let remedy = "lower the pair budget or the number of casters";
         Error::check_limit("pairs to sort", limit.into(), capacity.into(), remedy)?;
         let partitions = partition.partition_limit(capacity);
-        // Few sizes, so that frames with similar numbers share textures.
+        // Few sizes, so that frames with similar numbers share memory.
         let [width, height] = histogram_size(partitions.next_power_of_two());
-        let (histograms, is_first) = kernels_of.shared_texture(&wgpu::TextureDescriptor {
-            label: Some("histograms"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: R32Uint,
-            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let (histograms, is_first) = kernels_of.shared_words("histograms", [width, height]);
         let digit_bits = partition.digit_bits(capacity, bits.clone());
         let (count, scan, scatter) = kernels(partition, digit_bits, partitions);
         let (mut dispatches, mut digit_passes) = (Vec::new(), 0);

@@ -154,6 +154,19 @@ impl Shelf {
         self.contents().textures.take(key, || device.create_texture(desc)).clone()
     }
 
+    /// A buffer that all users of a frame share, one after another, and whether this user is the first.
+    pub fn shared_buffer(
+        &self,
+        device: &wgpu::Device,
+        desc: &wgpu::BufferDescriptor<'static>,
+    ) -> (Buffer, bool) {
+        let make = || Filled { buffer: device.create_buffer(desc), bytes: None };
+        let key = (desc.label.unwrap_or_default(), desc.size, desc.usage);
+        let mut contents = self.contents();
+        let (shared, is_first) = contents.buffers.share(key, make);
+        (shared.buffer.clone(), is_first)
+    }
+
     /// A texture that all users of a frame share, one after another, and whether this user is the first.
     pub fn shared_texture(
         &self,

@@ -99,7 +99,8 @@ pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/parts.wgsl")
 pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/parts.wgsl");
 
 /// The next part: as many tiles as there is room for their pairs, and the first and last pair of each.
-pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/parts.wgsl");
+pub const PART_NEXT: KernelDesc =
+    KernelDesc { tiers: Tier::BY_RECORDS, ..KernelDesc::new("part_next", "bin/parts.wgsl") };
 
 /// The pairs of each tile of a part, front to back.
 pub const PART_GATHER: KernelDesc = KernelDesc {
@@ -226,7 +227,7 @@ crate::records::gpu_struct! {
         pub tile: u32,
         pub first: u32,
         pub end: u32,
-        /// Its view, and from bit 8 the index of its tile's record in `tiles`.
+        /// Its view, and whether it is the first and the last of its tile.
         pub source: u32,
     }
 }

@@ -27,7 +27,7 @@ pub const COUNT: KernelDesc = KernelDesc {
 pub const PLACE: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: &[("SCAN_LANES", BUCKET_LANES as f64)],
-    tiers: Tier::BY_SUBGROUPS,
+    tiers: Tier::ALL,
     ..KernelDesc::new("bucket_place", "bin/buckets.wgsl")
 };
 

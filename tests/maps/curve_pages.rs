@@ -10,7 +10,7 @@ use gobo::{
     glam::{UVec2, Vec3},
     gpu::Gpu,
     host::PointBuffers,
-    model::{LightKind, Scene},
+    model::{LightKind, Scene, Source},
     records::PackedNode,
     view::shadow_views,
     wgpu::{self, BufferUsages},
@@ -18,6 +18,8 @@ use gobo::{
 
 /// Rounding of a curve's light to 12 bits, and of a filter to half floats, in the nine texels of a look-up.
 const ROUNDING: f32 = 1e-3;
+/// The same in each of a map's levels, whose blocks are rounded again, and in quotients of their light.
+const ROUNDING_OF_LEVELS: f32 = 0.01;
 /// Tiles without pages, in `curve_pages.rs`.
 const FREE: u32 = 1024;
 
@@ -114,25 +116,37 @@ fn lit(gpu: &Gpu, prepared: &Prepared, lights: &[Light], points: &[[f32; 3]]) ->
     shares[..3 * points.count as usize].as_chunks::<3>().0.to_vec()
 }
 
-/// Discs that touch nearly every tile of a map with four times as many tiles as pages at first.
-fn crowded() -> Scene {
+/// `count` discs that touch nearly every tile of a map with four times as many tiles as pages at first.
+fn crowded(count: usize, source: Option<Source>) -> Scene {
     let mut scene = empty(vec![material(Transfer::Filter)]);
-    for (i, disc) in random_discs(400, 5).into_iter().enumerate() {
+    for (i, disc) in random_discs(count, 5).into_iter().enumerate() {
         let center = disc.center + Vec3::Y * (i % 3) as f32 * 0.01;
-        scene.particles.push(Particle { center, radius: 0.4, ..disc });
+        let color = disc.color.with_w(disc.color.w * 400.0 / count as f32);
+        scene.particles.push(Particle { center, radius: 0.4, color, ..disc });
     }
     let mut sun = light(LightKind::Directional { direction: Vec3::NEG_Y });
-    sun.size = Some(1024);
+    (sun.size, sun.source) = (Some(1024), source);
     scene.lights = vec![sun];
     scene.shadow.receiver = Receiver::Curve;
     scene
+}
+
+/// A lattice of points among the discs.
+fn among() -> Vec<[f32; 3]> {
+    (0..4000).map(|i| [i % 20, i / 20 % 10, i / 200].map(|k| k as f32 / 10.0 - 0.9)).collect()
+}
+
+/// Most that light differs.
+fn apart<'a>(a: impl IntoIterator<Item = &'a [f32; 3]>, b: &[[f32; 3]]) -> f32 {
+    let all = a.into_iter().zip(b).map(|(&a, &b)| (Vec3::from(a) - Vec3::from(b)).abs());
+    all.map(Vec3::max_element).fold(0.0, f32::max)
 }
 
 #[test]
 fn without_room_curves_have_one_node_and_the_next_frame_has_room() {
     for tier in tiers(Tier::Core) {
         let gpu = gpu(tier);
-        let scene = crowded();
+        let scene = crowded(400, None);
         let [mut whole, mut nearest, mut paged] = [(); 3].map(|()| shadows(&gpu));
         let expected = prepared(&mut whole, &scene, CurveMemory::Whole);
         run(&gpu, &expected);
@@ -140,15 +154,9 @@ fn without_room_curves_have_one_node_and_the_next_frame_has_room() {
         first.shadow.receiver = Receiver::Nearest;
         let at_nearest = prepared(&mut nearest, &first, CurveMemory::Whole);
         run(&gpu, &at_nearest);
-        let points: Vec<[f32; 3]> = (0..4000)
-            .map(|i| [i % 20, i / 20 % 10, i / 200].map(|k| k as f32 / 10.0 - 0.9))
-            .collect();
+        let points = among();
         let [light, one_step] =
             [&expected, &at_nearest].map(|maps| lit(&gpu, maps, &scene.lights, &points));
-        let apart = |a: &[[f32; 3]], b: &[[f32; 3]]| {
-            let all = a.iter().zip(b).map(|(&a, &b)| (Vec3::from(a) - Vec3::from(b)).abs());
-            all.map(Vec3::max_element).fold(0.0, f32::max)
-        };
         assert!(apart(&light, &one_step) > 0.1, "the rules differ");
 
         let short = prepared(&mut paged, &scene, CurveMemory::Counted);
@@ -176,6 +184,138 @@ fn without_room_curves_have_one_node_and_the_next_frame_has_room() {
         assert_eq!(roomy.counters().unwrap().short_tiles, 0);
         assert_same(&gpu, [&roomy, &expected], &format!("{tier}"));
         assert!(lit(&gpu, &roomy, &scene.lights, &points) == light, "{tier}");
+    }
+}
+
+/// A sun with a size, whose light comes from prefiltered levels and from texels close to the receiver: both
+/// read one node where there is no page.
+#[test]
+fn penumbrae_without_room_are_those_of_nearest_depths() {
+    for tier in tiers(Tier::Core) {
+        let gpu = gpu(tier);
+        // Half a degree is read from the map; ten also from levels.
+        for (angle, most) in [(0.5_f32, ROUNDING), (10.0, ROUNDING_OF_LEVELS)] {
+            let scene = crowded(400, Some(Source::Sun { angle: angle.to_radians() }));
+            let mut first = scene.clone();
+            first.shadow.receiver = Receiver::Nearest;
+            let points = among();
+            let [whole, nearest, short] = [
+                (&scene, CurveMemory::Whole),
+                (&first, CurveMemory::Whole),
+                (&scene, CurveMemory::Counted),
+            ]
+            .map(|(scene, memory)| {
+                let maps = prepared(&mut shadows(&gpu), scene, memory);
+                run(&gpu, &maps);
+                let is_short = maps.counters().unwrap().short_tiles > 0;
+                assert_eq!(is_short, memory == CurveMemory::Counted);
+                lit(&gpu, &maps, &scene.lights, &points)
+            });
+            assert!(apart(&whole, &nearest) > 0.1, "{angle}: the rules differ");
+            let rounding = apart(&short, &nearest);
+            assert!(rounding <= most, "{tier}, {angle} degrees: {rounding}");
+        }
+    }
+}
+
+/// Pairs past the budget: a part of the tiles at a time has its pairs, its pages, and is walked.
+#[test]
+fn parts_of_tiles_have_pages() {
+    for tier in tiers(Tier::Native) {
+        let gpu = gpu(tier);
+        for which in [0, 1] {
+            let (name, scene) = parts::scenes().swap_remove(which);
+            let mut scene = large(scene);
+            let expected = prepared(&mut shadows(&gpu), &scene, CurveMemory::Whole);
+            run(&gpu, &expected);
+            scene.shadow.pair_budget = expected.counters().unwrap().pairs as u32 / 10;
+            let mut paged = shadows(&gpu);
+            paged.configure(|config| config.toggles.count_first = true);
+            let found = prepared(&mut paged, &scene, CurveMemory::Counted);
+            run(&gpu, &found);
+            let counters = found.counters().unwrap();
+            assert!(found.maps().has_pages() && counters.overflowed > 0, "{name}: {counters:?}");
+            assert_eq!((counters.unordered, counters.short_tiles), (0, 0), "{name}");
+            assert_same(&gpu, [&found, &expected], &format!("{tier}, {name}"));
+        }
+    }
+}
+
+/// Pages run out in the middle of the parts: tiles of earlier parts keep their nodes, the others have one
+/// node, and a second frame from nothing has the same. The next frame has room.
+#[test]
+fn parts_without_room_have_one_node() {
+    for tier in tiers(Tier::Native) {
+        let gpu = gpu(tier);
+        // A part has room for 2^18 pairs, which are those of less than a thousand tiles.
+        let mut scene = crowded(12_000, None);
+        let expected = prepared(&mut shadows(&gpu), &scene, CurveMemory::Whole);
+        run(&gpu, &expected);
+        let mut first = scene.clone();
+        first.shadow.receiver = Receiver::Nearest;
+        let at_nearest = prepared(&mut shadows(&gpu), &first, CurveMemory::Whole);
+        run(&gpu, &at_nearest);
+        scene.shadow.pair_budget = expected.counters().unwrap().pairs as u32 / 16;
+        let mut paged = shadows(&gpu);
+        let [short, again] = [&mut paged, &mut shadows(&gpu)].map(|shadows| {
+            let maps = prepared(shadows, &scene, CurveMemory::Counted);
+            run(&gpu, &maps);
+            maps
+        });
+        let counters = short.counters().unwrap();
+        assert!(counters.overflowed > 0 && counters.unordered == 0, "{counters:?}");
+        assert!(counters.pairs_needed > 1 << 19, "few parts: {counters:?}");
+        assert_same(&gpu, [&again, &short], &format!("{tier}, again"));
+        let (view, maps) = (&short.views()[0], short.maps());
+        let places = maps.curve_places(&gpu, maps.slots[0], view.size).unwrap();
+        let [some, all] = [&short, &expected].map(|it| nodes(&gpu, it, 0));
+        let per_tile = |nodes: &[PackedNode], tile: usize| -> Vec<PackedNode> {
+            let corner = (tile / 64 * 16 * 1024 + tile % 64 * 16) * 8;
+            (0..16).flat_map(|row| nodes[corner + row * 8192..][..128].to_vec()).collect()
+        };
+        let (mut with, mut without) = (0, 0);
+        for (tile, place) in places.iter().enumerate() {
+            let [found, expected] = [&some, &all].map(|nodes| per_tile(nodes, tile));
+            let is_empty = expected.iter().all(|node| *node == [0; 2]);
+            assert!(place.is_none() || found == expected, "{tier}, tile {tile}");
+            with += u64::from(place.is_some());
+            without += u64::from(place.is_none() && !is_empty);
+        }
+        assert!(with > 100 && without > 100, "{with} tiles with pages, {without} without");
+        // Tiles whose casters miss every texel are short, too.
+        assert!(counters.short_tiles >= without && with + counters.short_tiles <= 4096);
+
+        // Points all of whose texels have pages, and those of which none has.
+        let points = among();
+        let [of_parts, light, one_step] =
+            [&short, &expected, &at_nearest].map(|maps| lit(&gpu, maps, &scene.lights, &points));
+        let (mut curved, mut stepped) = (0, 0);
+        for (i, &point) in points.iter().enumerate() {
+            let at = view.view_from_world.transform_point3(point.into());
+            let texel = Vec3::new(at.x, -at.y, 0.0) * view.scale + view.size.x as f32 / 2.0;
+            let around = [-3.0, 3.0].map(|by| ((texel + by) / 16.0).as_uvec3());
+            let tiles: Vec<_> = (around[0].y..=around[1].y)
+                .flat_map(|y| (around[0].x..=around[1].x).map(move |x| (y * 64 + x) as usize))
+                .collect();
+            let has_page = |tile: &usize| places[*tile].is_some();
+            let difference = |to: &[[f32; 3]]| apart([&of_parts[i]], &to[i..]);
+            if tiles.iter().all(has_page) {
+                curved += 1;
+                assert!(difference(&light) == 0.0, "{tier}, {point:?}");
+            } else if !tiles.iter().any(has_page) {
+                stepped += 1;
+                let rounding = difference(&one_step);
+                assert!(rounding <= ROUNDING, "{tier}, {point:?}: {rounding}");
+            }
+        }
+        assert!(curved > 100 && stepped > 100, "{curved} and {stepped} points");
+
+        assert!(paged.grow_from(&counters));
+        let roomy = prepared(&mut paged, &scene, CurveMemory::Counted);
+        run(&gpu, &roomy);
+        let counters = roomy.counters().unwrap();
+        assert!(counters.overflowed > 0 && counters.short_tiles == 0, "{counters:?}");
+        assert_same(&gpu, [&roomy, &expected], &format!("{tier}, with room"));
     }
 }
 

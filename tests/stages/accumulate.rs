@@ -125,7 +125,7 @@ struct Inputs {
     pairs: Resource,
     footprints: Resource,
     setups: Resource,
-    textures: Vec<(&'static str, wgpu::Texture)>,
+    textures: Vec<(&'static str, Resource)>,
     opaques: wgpu::Texture,
 }
 
@@ -137,8 +137,6 @@ impl Inputs {
             ..material(Transfer::Filter)
         };
         let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &soft);
-        let texels =
-            |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
         let vectors = |name, all: &[[u32; 4]]| in_form(gpu, name, Format::Rgba32Uint, all);
         let opaques = gpu.texture_array("opaques", ATLAS, Format::R32Float);
         gpu.write_texture(&opaques, &batch.opaques);
@@ -155,7 +153,11 @@ impl Inputs {
             pairs: pairs(gpu, &batch.pairs),
             footprints: vectors("footprints", bytemuck::cast_slice(&batch.footprints)),
             setups: vectors("setups", &[]),
-            textures: vec![texels("tiles", tiles), texels("triangles", &[]), ("images", images)],
+            textures: vec![
+                ("tiles", vectors("tiles", tiles)),
+                ("triangles", (&records::<4>(gpu, "triangles", Format::Rgba32Uint, &[])).into()),
+                ("images", (&images).into()),
+            ],
             opaques,
         }
     }

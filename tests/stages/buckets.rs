@@ -15,7 +15,7 @@ use gobo::{
     stage::{
         bin::{self, BatchCounters, BinParams, Segment, WIDE_DISC_SEGMENT},
         buckets::{self, BUCKET_LANES, BUCKET_PAIRS},
-        sort::{PAIR_FORMAT, Partition, pair_texture_size},
+        sort::{PAIR_FORMAT, Partition},
     },
     wgpu::{self, BufferUsages, TextureFormat::Rgba32Uint},
 };
@@ -65,7 +65,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
     let corners: Vec<_> =
         rects.iter().map(|rect| Pair { key: rect.corners, value: rect.mask_view }).collect();
     let pairs = of_pairs("pairs", tier, &vec![none; room]);
-    let tiles = gpu.texture("tiles", pair_texture_size(TILES), Rgba32Uint);
+    let tiles = records(gpu, tier, ("tiles", Rgba32Uint), &[[0_u32; 4]; TILES as usize], [0; 4]);
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let words = |label, count: usize| gpu.upload(label, &vec![0_u32; count], storage);
     let counters = gpu.upload("counters", &[BatchCounters::default()], storage);
@@ -102,7 +102,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
     }
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
-    let texels: Vec<[u32; 4]> = gpu.read_texture(&tiles);
+    let texels: Vec<[u32; 4]> = read_records(gpu, &tiles);
     Found {
         pairs: read_records(gpu, &pairs),
         tiles: texels[..TILES as usize]
@@ -146,6 +146,10 @@ fn buckets_are_what_the_reference_bins() {
                 assert_eq!(merged > 0, needed > 1, "{name}, tile {tile}");
                 if merged > 0 {
                     let of_tile = &found.segments[merged as usize - 1..][..needed as usize];
+                    for (i, segment) in (1..).zip(of_tile) {
+                        let flags = u32::from(i == 1) | (u32::from(i == needed) << 1);
+                        assert_eq!(segment.source, (tile as u32 / 16) | (flags << 8), "{name}");
+                    }
                     let ends = of_tile.iter().map(|segment| segment.end).collect::<Vec<_>>();
                     assert_eq!((of_tile[0].first, ends[ends.len() - 1]), (first, end), "{name}");
                     segments += needed;

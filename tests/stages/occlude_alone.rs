@@ -47,7 +47,7 @@ struct Inputs {
     pairs: Resource,
     footprints: Resource,
     setups: Resource,
-    textures: Vec<(&'static str, wgpu::Texture)>,
+    textures: Vec<(&'static str, Resource)>,
 }
 
 impl Inputs {
@@ -76,8 +76,7 @@ impl Inputs {
             setups.push(setup);
         }
         let caster = CasterRecord::new(&particle(Vec3::ZERO, 1.0, Vec4::ONE), &solid);
-        let texels =
-            |name, texels: &[[u32; 4]]| (name, records(gpu, name, Format::Rgba32Uint, texels));
+        let images = gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm);
         let vectors = |name, all: &[[u32; 4]]| in_form(gpu, name, Format::Rgba32Uint, all);
         Self {
             views: view_buffer(gpu),
@@ -92,9 +91,9 @@ impl Inputs {
             footprints: vectors("footprints", bytemuck::cast_slice(&footprints)),
             setups: vectors("setups", bytemuck::cast_slice(&setups)),
             textures: vec![
-                texels("tiles", tiles),
-                texels("triangles", &[]),
-                ("images", gpu.texture_array("images", [1, 1, 2], Format::Rgba8Unorm)),
+                ("tiles", vectors("tiles", tiles)),
+                ("triangles", (&records::<4>(gpu, "triangles", Format::Rgba32Uint, &[])).into()),
+                ("images", (&images).into()),
             ],
         }
     }

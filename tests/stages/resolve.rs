@@ -1,13 +1,13 @@
 //! From sums to maps, against the formulas in 64 bits: each kernel alone, with handmade sums and poisoned
 //! maps.
 use super::by_hand::{
-    ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, dispatches, records, run,
+    ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, dispatches, in_form, run,
     texel_of, tile_record, view_buffer,
 };
 use crate::common::{TIERS, gpu};
 use gobo::{
     glam::DVec3,
-    gpu::{Gpu, Resources, Tier},
+    gpu::{Gpu, Resource, Resources, Tier},
     stage::{bin::SEGMENT_LENGTH, resolve},
     wgpu::{self, BufferUsages, TextureFormat as Format},
 };
@@ -29,7 +29,7 @@ fn sums() -> Vec<[u32; 4]> {
 
 struct Inputs {
     views: wgpu::Buffer,
-    tiles: wgpu::Texture,
+    tiles: Resource,
     merged: wgpu::Buffer,
     dispatches: wgpu::Buffer,
 }
@@ -39,7 +39,7 @@ impl Inputs {
         let listed = [&MERGED[..], &[0]].concat();
         Self {
             views: view_buffer(gpu),
-            tiles: records(gpu, "tiles", Format::Rgba32Uint, tiles),
+            tiles: in_form(gpu, "tiles", Format::Rgba32Uint, tiles),
             merged: gpu.upload("merged_tiles", &listed, BufferUsages::STORAGE),
             dispatches: dispatches(gpu, 2, MERGED.len() as u32),
         }

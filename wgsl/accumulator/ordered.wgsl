@@ -6,12 +6,10 @@
 
 import package::accumulator::filter::{ROWS, finish, found, texels};
 import package::bind::changed::partials;
-import package::bind::sampled::tiles;
 import package::bind::stored::{filters, nearests};
 import package::features::{HAS_GAIN, HAS_OWNERS, HAS_VOLUMES, unrolled};
-import package::records::record::record_texel;
 import package::records::texel::{NO_OWNER, tagged_alpha, tagged_depth};
-import package::records::tile::{Segment, Tile, segment_count, segment_record, tile_of};
+import package::records::tile::{Segment, Tile, is_first_segment, is_last_segment, segment_count};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::scatter::{PARTIAL_TEXELS, Partial, merge, pack_partial, partial_capacity, unpack_pair};
 import package::sums::sums::{FIXED_ONE, blackened, depth_to_nearness, light, nearness_to_depth, to_tau};
@@ -20,8 +18,8 @@ import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_n
 
 fn store_segment(segment: Segment, index: u32, in_tile: vec2<u32>) {
     finish();
-    let tile = tile_of(textureLoad(tiles, record_texel(segment_record(segment)), 0));
-    let composed = index < partial_capacity(arrayLength(&partials)) && segment_count(tile) > 1u;
+    let is_only = is_first_segment(segment) & is_last_segment(segment);
+    let composed = index < partial_capacity(arrayLength(&partials)) && !is_only;
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
         let texel = texels[i];
         if composed {

@@ -1,12 +1,11 @@
 // Records of tiles and segments. CPU reference: crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bind::changed::{counters, dispatches, merged_tiles, scattered_tiles, segments};
-import package::bind::stored::tiles;
 import package::bind::uniform::{bin_params, views};
 import package::records::batch::{MERGED_DISPATCH, PARTED_DISPATCH, SEGMENT_DISPATCH};
-import package::records::record::{bounded, record_texel};
-import package::records::tile::{Segment, Tile, tile_record};
+import package::records::tile::{FIRST_SEGMENT, LAST_SEGMENT, Segment, Tile, tile_record};
 import choice::records::pair_record;
+import choice::writes::write_tile_words;
 
 override WORKGROUP_SIZE: u32;
 
@@ -33,7 +32,7 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     let tile = id.x;
     if tile >= bin_params.tile_count || atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
         // The last run ends behind all tiles, or the tile is walked with its part: no workgroup finishes it.
-        textureStore(tiles, record_texel(tile), vec4(0u, 0u, 1u, 0u));
+        write_tile_words(tile, vec4(0u, 0u, 1u, 0u));
         return;
     }
     record_tile(tile, tile, pair_range(tile));
@@ -45,7 +44,7 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
 // `index`: of the tile's record.
 fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
     var view = 0u;
-    let view_count = bounded(bin_params.view_count, textureDimensions(tiles));
+    let view_count = min(bin_params.view_count, arrayLength(&scattered_tiles));
     for (var i = 1u; i < view_count; i += 1u) {
         view = select(view, i, views[i].first_tile <= tile);
     }
@@ -55,12 +54,12 @@ fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
     let at = vec2(number % views[view].tiles_x, number / views[view].tiles_x);
     var record = Tile(range.x, range.y, 0u, view, at);
     if !merged {
-        textureStore(tiles, record_texel(index), tile_record(record));
+        write_tile_words(index, tile_record(record));
         return;
     }
     let slot = atomicAdd(&dispatches[4u * SEGMENT_DISPATCH + 3u], needed);
     record.merged = slot + 1u;
-    textureStore(tiles, record_texel(index), tile_record(record));
+    write_tile_words(index, tile_record(record));
     let merged_slot = atomicAdd(&dispatches[4u * MERGED_DISPATCH + 3u], 1u);
     merged_tiles[merged_slot] = index;
     raise_dispatch(MERGED_DISPATCH, merged_slot + 1u, 1u);
@@ -70,7 +69,8 @@ fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
     for (var i = 0u; i < needed; i += 1u) {
         let first = range.x + i * bin_params.segment_length;
         let end = min(first + bin_params.segment_length, range.y);
-        segments[slot + i] = Segment(tile, first, end, view | (index << 8u));
+        let ends = select(0u, FIRST_SEGMENT, i == 0u) | select(0u, LAST_SEGMENT, end == range.y);
+        segments[slot + i] = Segment(tile, first, end, view | ends);
     }
 }
 

@@ -18,7 +18,6 @@
 @group(0) @binding(57) var keys: texture_storage_2d<rg32uint, read>;
 @group(0) @binding(50) var setups: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(53) var tiles: texture_storage_2d<rgba32uint, read>;
-@group(0) @binding(119) var blended_tiles: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(54) var triangles: texture_storage_2d<rgba32uint, read>;
 @group(0) @binding(55) var histograms: texture_storage_2d<r32uint, read>;
 @group(0) @binding(65) var layers: texture_storage_2d<rgba32uint, read>;

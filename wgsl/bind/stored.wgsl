@@ -13,7 +13,6 @@
 @group(0) @binding(131) var voxels: texture_storage_3d<rgba16float, write>;
 @group(0) @binding(50) var setups: texture_storage_2d<rgba32uint, write>;
 @group(0) @binding(53) var tiles: texture_storage_2d<rgba32uint, write>;
-@group(0) @binding(55) var histograms: texture_storage_2d<r32uint, write>;
 @group(0) @binding(57) var keys: texture_storage_2d<rg32uint, write>;
 @group(0) @binding(58) var soft_filters: texture_storage_2d_array<rgba16float, write>;
 @group(0) @binding(59) var soft_nearests: texture_storage_2d_array<r32float, write>;

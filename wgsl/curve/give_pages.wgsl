@@ -4,14 +4,13 @@
 
 import package::bind::changed::{counters, free_pages};
 import package::bind::read::{dispatches, scattered_tiles};
-import package::bind::sampled::tiles;
 import package::bind::uniform::{bin_params, views};
 import package::bind::updated::curve_pages;
 import package::curve::pages::{BLANK_PAGE, SHORT_PAGE};
 import package::records::batch::{PARTED_DISPATCH, PART_DISPATCH};
-import package::records::record::record_texel;
 import package::records::tile::{Tile, tile_number_of, tile_of};
 import package::records::view::TILE_SIZE;
+import choice::records::tile_words;
 
 // Puts a page back. `free_pages` has the number of free pages, then these.
 fn put_back(page: u32) {
@@ -49,7 +48,7 @@ fn give_pages(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= tile_count() {
         return;
     }
-    let tile = tile_of(textureLoad(tiles, record_texel(id.x), 0));
+    let tile = tile_of(tile_words(id.x));
     if !has_casters(tile) {
         return;
     }
@@ -72,7 +71,7 @@ fn settle_pages(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= tile_count()) | (atomicLoad(&counters.short_tiles) == 0u) {
         return;
     }
-    let tile = tile_of(textureLoad(tiles, record_texel(id.x), 0));
+    let tile = tile_of(tile_words(id.x));
     let view = views[tile.view];
     let at = view.origin / TILE_SIZE + tile.position;
     let page = textureLoad(curve_pages, at, view.layer).x;

@@ -5,15 +5,13 @@
 
 import package::accumulator::filter::{ROWS, body_faces, start, texels};
 import package::bind::read::{dispatches, segments};
-import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::entry::walk::{SHARES, SHARE_LANES, share_texel};
 import package::features::{HAS_OVER, unrolled};
 import package::hit::hit_order::least_depth;
 import package::records::batch::{SEGMENT_DISPATCH, workgroup_number};
 import package::records::footprint::{front_depth, load_footprint};
-import package::records::record::record_texel;
-import package::records::tile::{Segment, Tile, segment_record, segment_view, tile_of};
+import package::records::tile::{Segment, is_first_segment, is_last_segment, segment_view};
 import package::records::view::GpuView;
 import package::traversal::lane::tile_texel;
 import choice::output::store_segment;
@@ -39,22 +37,22 @@ fn walk_ordered_segment(
     }
     let segment = segments[index];
     let view = views[segment_view(segment)];
-    let tile = tile_of(textureLoad(tiles, record_texel(segment_record(segment)), 0));
     if SHARES == 1u {
-        walk_share(view, segment, tile, index, share_texel(0u, lane));
+        walk_share(view, segment, index, share_texel(0u, lane));
         return;
     }
     for (var share = workgroup.z; share < SHARES; share += workgroups.z) {
-        walk_share(view, segment, tile, index, share_texel(share, lane));
+        walk_share(view, segment, index, share_texel(share, lane));
     }
 }
 
 // `in_tile`: the invocation's first texel.
-fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, in_tile: vec2<u32>) {
+fn walk_share(view: GpuView, segment: Segment, index: u32, in_tile: vec2<u32>) {
     start(view, tile_texel(view, segment.tile) + in_tile);
     // Parts: the last pairs of the previous segment, this segment's own pairs, and its last pairs.
-    let overlapped = select(segment.first, segment.first - OVERLAP, segment.first > tile.first);
-    let last = select(segment.end, segment.end - OVERLAP, segment.end < tile.end);
+    let is_last = is_last_segment(segment);
+    let overlapped = select(segment.first - OVERLAP, segment.first, is_first_segment(segment));
+    let last = select(segment.end - OVERLAP, segment.end, is_last);
     for (var part = select(1u, 0u, HAS_OVER); part < select(2u, 3u, HAS_OVER); part += 1u) {
         var first = segment.first;
         var end = segment.end;
@@ -62,7 +60,7 @@ fn walk_share(view: GpuView, segment: Segment, tile: Tile, index: u32, in_tile: 
             first = select(select(overlapped, first, part == 1u), last, part == 2u);
             end = select(select(end, last, part == 1u), segment.first, part == 0u);
             // Without a next segment, the last part has no pairs.
-            let front = pair_front(min(end, tile.end - 1u));
+            let front = pair_front(min(end, segment.end - u32(is_last)));
             for (var i = 0u; i < unrolled(ROWS); i += 1u) {
                 let depth = least_depth(texels[i].keys, front);
                 texels[i].begin = select(-1.0, depth, part == 0u);

@@ -1,20 +1,18 @@
 // Entry points over tiles and segments of a list. Rust: src/stage/mod.rs.
 
 import package::bind::read::{dispatches, merged_tiles, overflow, segments};
-import package::bind::sampled::tiles;
 import package::bind::uniform::views;
 import package::records::batch::{
     MERGED_DISPATCH, OVERFLOW_DISPATCH, OVERFLOW_SLICES, SEGMENT_DISPATCH, workgroup_number,
 };
 import package::records::footprint::load_footprint;
-import package::records::record::record_texel;
 import package::records::tile::{Segment, Tile, segment_view, tile_number_of, tile_of};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::{lane_texel, tile_texel};
 import choice::accumulator::{ROWS, start};
 import choice::order::tile_number;
 import choice::output::{add, before_segment, before_tile, resolve, store_segment, store_tile};
-import choice::records::rect_record;
+import choice::records::{rect_record, tile_words};
 import choice::tiles::walk_tiles;
 import choice::traversal::walk;
 
@@ -39,7 +37,7 @@ fn walk_tile(
 }
 
 fn tile_at(number: u32) -> Tile {
-    return tile_of(textureLoad(tiles, record_texel(number), 0));
+    return tile_of(tile_words(number));
 }
 
 // `in_tile`: the invocation's first texel.
@@ -128,7 +126,7 @@ fn resolve_tile(
     if slot >= dispatches[MERGED_DISPATCH].w {
         return;
     }
-    let tile = tile_of(textureLoad(tiles, record_texel(merged_tiles[slot]), 0));
+    let tile = tile_of(tile_words(merged_tiles[slot]));
     let view = views[tile.view];
     if SHARES == 1u {
         resolve(view, tile, tile_number_of(view, tile), share_texel(0u, lane));

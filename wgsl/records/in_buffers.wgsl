@@ -1,7 +1,7 @@
 // Records from the buffers that they were written to.
 
-import package::bind::read::{casters, footprints, keys, pairs, rects, setups, sorted};
-import package::records::record::{CasterRecord, FootprintRecord};
+import package::bind::read::{casters, footprints, histograms, keys, pairs, rects, setups, sorted, tiles};
+import package::records::record::{CasterRecord, FootprintRecord, TOTAL_ROW};
 
 fn caster_record(index: u32) -> CasterRecord {
     return casters[index];
@@ -29,4 +29,16 @@ fn sorted_record(index: u32) -> vec2<u32> {
 
 fn pair_record(index: u32) -> vec2<u32> {
     return pairs[index];
+}
+
+fn tile_words(index: u32) -> vec4<u32> {
+    return tiles[index];
+}
+
+fn count_record(at: vec2<u32>) -> u32 {
+    return histograms[at.y * (arrayLength(&histograms) / (TOTAL_ROW + 1u)) + at.x];
+}
+
+fn count_rows() -> u32 {
+    return arrayLength(&histograms);
 }

@@ -1,7 +1,8 @@
 // Records from textures: where a stage has few storage buffers, or the adapter reads them slowly. Casters
 // that kernels have written were copied there.
 
-import package::bind::sampled::{casters, footprints, keys, pairs, rects, setups, sorted};
+import package::bind::loaded::histograms;
+import package::bind::sampled::{casters, footprints, keys, pairs, rects, setups, sorted, tiles};
 import package::records::record::{CasterRecord, FootprintRecord, record_texel};
 
 const CASTER_TEXELS: u32 = 2u;
@@ -43,4 +44,19 @@ fn sorted_record(index: u32) -> vec2<u32> {
 // Tile and footprint; to a sort, key and value.
 fn pair_record(index: u32) -> vec2<u32> {
     return textureLoad(pairs, record_texel(index), 0).xy;
+}
+
+// Work of a tile (wgsl/records/tile.wgsl).
+fn tile_words(index: u32) -> vec4<u32> {
+    return textureLoad(tiles, record_texel(index), 0);
+}
+
+// Count of a digit in a partition of a sort, by column and row (src/stage/sort/mod.rs).
+fn count_record(at: vec2<u32>) -> u32 {
+    return textureLoad(histograms, at).x;
+}
+
+// At least as many rows as counts have.
+fn count_rows() -> u32 {
+    return textureDimensions(histograms).y;
 }

@@ -26,6 +26,10 @@ fn record_texel(index: u32) -> vec2<u32> {
     return vec2(index % ROW, index / ROW);
 }
 
+// Row of the histograms of a sort, below a row for each digit, with the totals of the digits. Rust:
+// src/stage/sort/mod.rs.
+const TOTAL_ROW: u32 = 256u;
+
 const TRIANGLE_BIT: u32 = 0x80000000u;
 
 const TRIANGLE_TEXELS: u32 = 6u;

@@ -1,5 +1,5 @@
-// The work of one tile: a texel of `tiles`, at the tile's index, or, in a part of the tiles, at its index in
-// the part. Rust: `TileRect` in src/records/footprint.rs; CPU reference:
+// The work of one tile: four words of `tiles`, at the tile's index, or, in a part of the tiles, at its index
+// in the part. Rust: `TileRect` in src/records/footprint.rs; CPU reference:
 // crates/gobo-reference/src/project.rs.
 
 import package::records::view::{GpuView, TILE_SIZE};
@@ -37,15 +37,22 @@ struct Segment {
     tile: u32,
     first: u32, // of its pairs
     end: u32,
-    source: u32, // its view, and from bit 8 the index of its tile's record in `tiles`
+    source: u32, // its view, and whether it is the first and the last of its tile
 }
+
+const FIRST_SEGMENT: u32 = 0x100u;
+const LAST_SEGMENT: u32 = 0x200u;
 
 fn segment_view(segment: Segment) -> u32 {
     return segment.source & 0xffu;
 }
 
-fn segment_record(segment: Segment) -> u32 {
-    return segment.source >> 8u;
+fn is_first_segment(segment: Segment) -> bool {
+    return (segment.source & FIRST_SEGMENT) != 0u;
+}
+
+fn is_last_segment(segment: Segment) -> bool {
+    return (segment.source & LAST_SEGMENT) != 0u;
 }
 
 const SEGMENT_LENGTH: u32 = 2048u; // pairs; Rust: src/stage/bin.rs

@@ -1,7 +1,9 @@
 // Records to buffers.
 
-import package::bind::changed::{clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs};
-import package::records::record::FootprintRecord;
+import package::bind::changed::{
+    clipped_rects, footprints, histograms, keys, pairs, rects, setups, sorted_pairs, tiles,
+};
+import package::records::record::{FootprintRecord, TOTAL_ROW};
 
 fn write_footprint(index: u32, footprint: FootprintRecord) {
     footprints[index] = footprint;
@@ -29,4 +31,24 @@ fn write_pair(index: u32, pair: vec2<u32>) {
 
 fn write_sorted_pair(index: u32, pair: vec2<u32>) {
     sorted_pairs[index] = pair;
+}
+
+fn write_tile_words(index: u32, words: vec4<u32>) {
+    tiles[index] = words;
+}
+
+fn histogram_index(at: vec2<u32>) -> u32 {
+    return at.y * (arrayLength(&histograms) / (TOTAL_ROW + 1u)) + at.x;
+}
+
+fn write_count(at: vec2<u32>, count: u32) {
+    histograms[histogram_index(at)] = count;
+}
+
+fn counted(at: vec2<u32>) -> u32 {
+    return histograms[histogram_index(at)];
+}
+
+fn written_rows() -> u32 {
+    return arrayLength(&histograms);
 }

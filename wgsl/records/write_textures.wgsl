@@ -1,6 +1,9 @@
 // Records to textures.
 
-import package::bind::stored::{clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs};
+import package::bind::stored::{
+    clipped_rects, footprints, keys, pairs, rects, setups, sorted_pairs, tiles,
+};
+import package::bind::updated::histograms;
 import package::records::in_textures::FOOTPRINT_TEXELS;
 import package::records::record::{FootprintRecord, record_texel};
 
@@ -32,4 +35,22 @@ fn write_pair(index: u32, pair: vec2<u32>) {
 
 fn write_sorted_pair(index: u32, pair: vec2<u32>) {
     textureStore(sorted_pairs, record_texel(index), vec4(pair, 0u, 0u));
+}
+
+fn write_tile_words(index: u32, words: vec4<u32>) {
+    textureStore(tiles, record_texel(index), words);
+}
+
+fn write_count(at: vec2<u32>, count: u32) {
+    textureStore(histograms, at, vec4(count, 0u, 0u, 0u));
+}
+
+// A count, for kernels that also write some.
+fn counted(at: vec2<u32>) -> u32 {
+    return textureLoad(histograms, at).x;
+}
+
+// `count_rows`, for kernels that write counts.
+fn written_rows() -> u32 {
+    return textureDimensions(histograms).y;
 }

@@ -1,10 +1,10 @@
 // sort on software adapters: runs of pairs, one after another. Rust: src/stage/sort/mod.rs.
 
-import package::bind::stored::histograms;
 import package::bind::uniform::sort_pass;
 import package::sort::sort::pair_count;
 import choice::digits::DIGITS;
 import choice::records::pair_record;
+import choice::writes::{written_rows, write_count};
 
 // Runs: each invocation owns one, in order, so a private counter per digit keeps the sort stable.
 
@@ -52,8 +52,8 @@ fn sort_serial_count(@builtin(global_invocation_id) id: vec3<u32>) {
         let key = pair_record(i).x;
         counters[(key >> shift) & mask] += 1u;
     }
-    let digits = min(sort_pass.digit_count, textureDimensions(histograms).y);
+    let digits = min(sort_pass.digit_count, written_rows());
     for (var digit = 0u; digit < digits; digit += 1u) {
-        textureStore(histograms, vec2(id.x, digit), vec4(counters[digit], 0u, 0u, 0u));
+        write_count(vec2(id.x, digit), counters[digit]);
     }
 }

@@ -2,10 +2,9 @@
 
 import package::bind::read::counts;
 import package::bind::uniform::sort_pass;
-import package::bind::updated::histograms;
+import package::records::record::TOTAL_ROW;
 import package::sort::serial::{WORKGROUP_SIZE, ceil_div, run_length};
-
-const TOTAL_ROW: u32 = 256u; // histogram row with the totals of the digits
+import choice::writes::{counted, write_count};
 
 struct SortPass {
     shift: u32,       // of the digit in the key [bits]
@@ -28,9 +27,9 @@ fn sort_serial_scan(@builtin(global_invocation_id) id: vec3<u32>) {
     var total = 0u;
     for (var run = 0u; run < run_count; run += 1u) {
         let at = vec2(run, digit);
-        let in_run = textureLoad(histograms, at).x;
-        textureStore(histograms, at, vec4(total, 0u, 0u, 0u));
+        let in_run = counted(at);
+        write_count(at, total);
         total += in_run;
     }
-    textureStore(histograms, vec2(digit, TOTAL_ROW), vec4(total, 0u, 0u, 0u));
+    write_count(vec2(digit, TOTAL_ROW), total);
 }

@@ -1,12 +1,12 @@
 // sort_serial_scatter: moves each pair to its position by digit. One invocation per run. Rust:
 // src/stage/sort/mod.rs.
 
-import package::bind::loaded::histograms;
 import package::bind::uniform::sort_pass;
+import package::records::record::TOTAL_ROW;
 import package::sort::serial::{STEP, WORKGROUP_SIZE, run_length};
-import package::sort::sort::{TOTAL_ROW, pair_count};
+import package::sort::sort::pair_count;
 import choice::digits::DIGITS;
-import choice::records::pair_record;
+import choice::records::{count_record, count_rows, pair_record};
 import choice::writes::write_sorted_pair;
 
 // Position of this run's next pair with that digit.
@@ -28,10 +28,10 @@ fn sort_serial_scatter(@builtin(global_invocation_id) id: vec3<u32>) {
     let mask = sort_pass.digit_count - 1u;
 
     var smaller = 0u;
-    let digits = min(sort_pass.digit_count, textureDimensions(histograms).y);
+    let digits = min(sort_pass.digit_count, count_rows());
     for (var digit = 0u; digit < digits; digit += 1u) {
-        offsets[digit] = smaller + textureLoad(histograms, vec2(id.x, digit)).x;
-        smaller += textureLoad(histograms, vec2(digit, TOTAL_ROW)).x;
+        offsets[digit] = smaller + count_record(vec2(id.x, digit));
+        smaller += count_record(vec2(digit, TOTAL_ROW));
     }
     var i = begin;
     for (; i + STEP <= end; i += STEP) {

@@ -1,10 +1,11 @@
 // sort_wide_scan: counts of blocks -> pairs with the same digit in earlier blocks, and the digit's
 // total. One workgroup per digit. Rust: src/stage/sort/mod.rs.
 
-import package::bind::updated::histograms;
-import package::sort::sort::{TOTAL_ROW, pair_count};
+import package::records::record::TOTAL_ROW;
+import package::sort::sort::pair_count;
 import package::sort::wide::{BLOCK, WORKGROUP_SIZE};
 import choice::scan::prefix_sum;
+import choice::writes::{counted, write_count};
 
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn sort_wide_scan(
@@ -17,15 +18,15 @@ fn sort_wide_scan(
         let at = vec2(begin + lane, digit.x);
         var in_block = 0u;
         if at.x < block_count {
-            in_block = textureLoad(histograms, at).x;
+            in_block = counted(at);
         }
         let prefix = prefix_sum(lane, in_block);
         if at.x < block_count {
-            textureStore(histograms, at, vec4(total + prefix.before, 0u, 0u, 0u));
+            write_count(at, total + prefix.before);
         }
         total += prefix.total;
     }
     if lane == 0u {
-        textureStore(histograms, vec2(digit.x, TOTAL_ROW), vec4(total, 0u, 0u, 0u));
+        write_count(vec2(digit.x, TOTAL_ROW), total);
     }
 }

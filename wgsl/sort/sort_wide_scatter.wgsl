@@ -1,13 +1,14 @@
 // sort_wide_scatter: moves each pair to its position by digit. One workgroup per block. Rust:
 // src/stage/sort/mod.rs.
 
-import package::bind::loaded::histograms;
 import package::bind::uniform::sort_pass;
-import package::sort::sort::{TOTAL_ROW, pair_count};
+import package::records::record::TOTAL_ROW;
+import package::sort::sort::pair_count;
 import package::sort::wide::{
-    BLOCK, FEW_BLOCKS, ROUNDS, TEAMS, WORKGROUP_SIZE, held, histogram_texel, ranked, ranked_in, ranks,
+    BLOCK, FEW_BLOCKS, ROUNDS, TEAMS, WORKGROUP_SIZE, held, histogram_place, ranked, ranked_in, ranks,
 };
 import choice::ranks::{rank_pairs, share_of};
+import choice::records::count_record;
 import choice::scan::prefix_sum;
 import choice::writes::write_sorted_pair;
 
@@ -32,13 +33,13 @@ fn sort_wide_scatter(
     var in_earlier_blocks = 0u;
     if FEW_BLOCKS {
         for (var begins = 0u; begins < count; begins += BLOCK) {
-            let in_block = textureLoad(histograms, histogram_texel(begins / BLOCK, lane)).x;
+            let in_block = count_record(histogram_place(begins / BLOCK, lane));
             in_all += select(0u, in_block, lane <= mask);
             in_earlier_blocks += select(0u, in_block, begins < begin);
         }
     } else if lane <= mask {
-        in_all = textureLoad(histograms, vec2(lane, TOTAL_ROW)).x;
-        in_earlier_blocks = textureLoad(histograms, vec2(block.x, lane)).x;
+        in_all = count_record(vec2(lane, TOTAL_ROW));
+        in_earlier_blocks = count_record(vec2(block.x, lane));
     }
     offsets[lane] = prefix_sum(lane, in_all).before + in_earlier_blocks;
 

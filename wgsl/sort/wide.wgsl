@@ -1,9 +1,9 @@
 // sort on GPUs: blocks of pairs. Rust: src/stage/sort/mod.rs.
 
-import package::bind::stored::histograms;
 import package::bind::uniform::sort_pass;
 import package::sort::sort::pair_count;
 import choice::records::pair_record;
+import choice::writes::write_count;
 
 // Blocks: each workgroup owns one. A *team* is some consecutive invocations that count together, and its
 // pairs are consecutive; `choice::ranks` assigns them to invocations.
@@ -32,8 +32,8 @@ var<private> ranks: array<u32, ROUNDS>;
 // fewer than 2^16 pairs, so no half overflows.
 var<workgroup> ranked: array<atomic<u32>, TEAMS / 2u * 256u>;
 
-// Texel of a block's count of a digit.
-fn histogram_texel(block: u32, digit: u32) -> vec2<u32> {
+// Column and row of a block's count of a digit.
+fn histogram_place(block: u32, digit: u32) -> vec2<u32> {
     return select(vec2(block, digit), vec2(digit, block), FEW_BLOCKS);
 }
 
@@ -73,6 +73,6 @@ fn sort_wide_count(
     workgroupBarrier(); // all pairs are counted
     if lane <= mask {
         let in_block = atomicLoad(&counters[lane]);
-        textureStore(histograms, histogram_texel(block.x, lane), vec4(in_block, 0u, 0u, 0u));
+        write_count(histogram_place(block.x, lane), in_block);
     }
 }

@@ -5,7 +5,7 @@ use crate::shadows::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, RecordForm, Resource, Resources, Tier, view},
+    gpu::{Allocator, RecordForm, Resource, Resources, Tier},
     model::TILE_SIZE,
     records::{CURVE_SEGMENT, Footprint, TriangleSetup},
     stage::{
@@ -20,7 +20,7 @@ use crate::{
 use wgpu::{
     Buffer, BufferUsages,
     TextureFormat::{R32Uint, Rgba32Uint},
-    TextureUsages, TextureView,
+    TextureUsages,
 };
 
 /// Pairs that every frame has room for: 16 MiB of them.
@@ -42,8 +42,8 @@ pub struct Scratch {
     /// Pairs of a part of the tiles, for lists whose pairs may not fit; at least the capacity.
     pub part_room: u32,
     pub(crate) parts: Option<PartBuffers>,
-    /// First and last pair of each tile.
-    pub tiles: TextureView,
+    /// Work of each tile.
+    pub tiles: Resource,
     /// Tiles that scattered casters touch.
     pub scattered_tiles: Buffer,
     /// Workgroup counts that the frame writes.
@@ -235,8 +235,9 @@ impl Scratch {
         let rects = of_pairs("rects", sizes.footprints)?;
         let room = u64::from(sizes.part_room);
         let pairs = [of_pairs("pairs", room)?, of_pairs("pairs", room)?];
-        let stored = TextureUsages::STORAGE_BINDING;
-        let tiles = view(&allocator.records("tiles", Rgba32Uint, sizes.tiles, stored)?);
+        // `bin_tiles` writes as many as its workgroups have invocations.
+        let tile_room = sizes.tiles.next_multiple_of(bin::TILE_LANES.into());
+        let tiles = allocator.written::<[u32; 4]>(form, "tiles", Rgba32Uint, tile_room)?;
         let none = BufferUsages::empty();
         let texels = composed_texels(sizes.part_room);
         let composed = sizes

@@ -24,6 +24,7 @@ pub const SERIAL_COUNT: KernelDesc = KernelDesc {
 /// Pairs with the same digit in earlier runs. One invocation per digit.
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     constants: SERIAL_CONSTANTS,
+    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_serial_scan", "sort/sort.wgsl")
 };
 
@@ -61,7 +62,7 @@ pub const WIDE_COUNT: KernelDesc =
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: WIDE_CONSTANTS,
-    tiers: Tier::BY_SUBGROUPS,
+    tiers: Tier::ALL,
     ..KernelDesc::new("sort_wide_scan", "sort/sort_wide_scan.wgsl")
 };
 

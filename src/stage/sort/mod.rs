@@ -9,9 +9,10 @@
 //!
 //! ```text
 //! pairs       (key, value) of pair i; in a texture, texel (i % 4096, i / 4096)
-//! histograms  texel (p, d) = digits d in partition p, then in the partitions before p
-//!             texel (d, 256) = digits d in all partitions
-//!             of at most 256 blocks instead: texel (d, p) = digits d in block p
+//! histograms  257 rows, as texels or one after another in a buffer:
+//!             (p, d) = digits d in partition p, then in the partitions before p
+//!             (d, 256) = digits d in all partitions
+//!             of at most 256 blocks instead: (d, p) = digits d in block p
 //! ```
 mod kernels;
 
@@ -61,7 +62,8 @@ const FEW_PAIRS: u32 = 1 << 19;
 /// Pairs per workgroup.
 pub const WIDE_BLOCK: u32 = 4096;
 
-/// Row of the histograms that holds the totals; above it, one row per digit.
+/// Row of the histograms that holds the totals; above it, one row per digit. WGSL:
+/// `wgsl/records/record.wgsl`.
 pub const TOTAL_ROW: u32 = 256;
 
 /// Most pairs that a texture of `device` holds.
@@ -151,7 +153,7 @@ pub fn kernels(
     }
 }
 
-/// Size of the histograms of `partitions` partitions \[texels\].
+/// Columns and rows of the histograms of `partitions` partitions.
 pub fn histogram_size(partitions: u32) -> [u32; 2] {
     let width = partitions.next_multiple_of(SERIAL_WORKGROUP_SIZE).max(TOTAL_ROW);
     // Never a power of two, as in `Allocator::records`: llvmpipe would recompile.

@@ -4,7 +4,9 @@
 pub(super) const KERNELS_ALONE: &[&str] = &[
     "ALL_LANES",
     "CHILDREN",
+    "FIRST_SEGMENT",
     "FROM_LIGHT",
+    "LAST_SEGMENT",
     "LEAST_INVERSE",
     "UNSHADED",
     "BEHIND_ALL",

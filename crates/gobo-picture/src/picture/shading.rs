@@ -215,7 +215,8 @@ impl ToShade<'_, '_> {
             }
         }
         let band = self.allocator.uniform("band", &rect.band(0, self.memory.tiles));
-        let of_solid = of_solid.with("band", &band).with("blended_tiles", &blended.scratch.tiles);
+        let of_solid = of_solid.with("band", &band);
+        let of_composite = of_solid.clone().with("tiles", &blended.scratch.tiles);
         let of_blended = of_blended.with("band", &band);
         surfaces.push(self.run(features.of_surfaces, features.surfaces, &of_solid, groups)?);
         let of_masks = |desc| self.run(desc, Features::NONE, &of_solid, groups);
@@ -237,7 +238,7 @@ impl ToShade<'_, '_> {
         if features.keeps_light {
             pixels.push(self.run(&shade::KEEP, Features::NONE, &of_solid, groups)?);
         }
-        pixels.push(self.run(features.of_composite, features.composite, &of_solid, groups)?);
+        pixels.push(self.run(features.of_composite, features.composite, &of_composite, groups)?);
         Ok(BandDispatches { surfaces, masks, air, pixels })
     }
 

@@ -81,6 +81,7 @@ pub fn surfaces(catches: bool) -> &'static KernelDesc {
 /// Blends the picture.
 pub const COMPOSITE: KernelDesc = KernelDesc {
     with: &[AMBIENT_NONE, STRAIGHT],
+    tiers: Tier::BY_RECORDS,
     ..of_pixels("shade_composite", "shade/shade_composite.wgsl")
 };
 /// [`COMPOSITE`], which keeps the ambient light for [`occlusion`](super::occlusion).
@@ -116,7 +117,10 @@ pub const PANES: KernelDesc = KernelDesc {
     ..of_points(kernel("shade_panes", "shade/shade_panes.wgsl"))
 };
 /// One invocation per tile of a band.
-pub const LAYERED: KernelDesc = of_points(kernel("shade_layered", "shade/layer.wgsl"));
+pub const LAYERED: KernelDesc = KernelDesc {
+    tiers: Tier::BY_RECORDS,
+    ..of_points(kernel("shade_layered", "shade/layer.wgsl"))
+};
 /// Points of particles and Gaussians.
 pub const CASTERS: KernelDesc = KernelDesc {
     tiers: Tier::BY_RECORDS,

@@ -14,7 +14,6 @@ import package::shade::band::Band;
 @group(0) @binding(43) var masks: texture_2d<u32>;
 @group(0) @binding(47) var reaches: texture_2d<u32>;
 @group(0) @binding(51) var sources: texture_2d_array<f32>;
-@group(0) @binding(119) var blended_tiles: texture_2d<u32>;
 @group(0) @binding(65) var layers: texture_2d<u32>;
 @group(0) @binding(67) var seen_pixels: texture_2d<u32>;
 @group(0) @binding(96) var environment: texture_2d<f32>;

@@ -1,6 +1,6 @@
 // Rays of the camera. CPU reference: crates/gobo-reference/src/shade/layers.rs.
 
-import package::bind::sampled::tiles;
+import package::bind::picture_out::carried;
 import package::bind::uniform::{materials, views};
 import package::features::COUNT_COST;
 import package::records::footprint::{BACK_BIT, setup_texel};
@@ -11,7 +11,7 @@ fn camera() -> GpuView {
     var view = views[0];
     // Not by `views` alone: lavapipe recompiles a kernel for every picture where a uniform buffer decides a
     // branch.
-    view.perspective = select(0.0, view.perspective, textureDimensions(tiles).x > 0u);
+    view.perspective = select(0.0, view.perspective, arrayLength(&carried) > 0u);
     return view;
 }
 

@@ -2,7 +2,7 @@
 // of a band. CPU reference: crates/gobo-reference/src/shade/mod.rs. Rust:
 // crates/gobo-picture/src/stage/shade.rs.
 
-import package::bind::picture_in::{band, blended_tiles, layers, lit, seen_pixels};
+import package::bind::picture_in::{band, layers, lit, seen_pixels};
 import package::bind::picture_out::{pixels, radiance};
 import package::bind::uniform::views;
 import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
@@ -16,6 +16,7 @@ import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
 import package::shade::tone::on_screen;
 import package::traversal::lane::LANES;
 import choice::ambient::{IS_LAST, keep_ambient};
+import choice::records::tile_words;
 import choice::refraction::{REFRACTS, keep_behind, keep_bend, keep_straight};
 
 fn light_of(point: u32) -> vec3<f32> {
@@ -58,7 +59,7 @@ fn shade_composite(
     var nearest = NOWHERE;
     var is_bent = false;
     // A tile without translucent casters has no layers.
-    let tile = tile_of(textureLoad(blended_tiles, record_texel(at.tile), 0));
+    let tile = tile_of(tile_words(at.tile));
     if HAS_LAYERS && tile.first < tile.end {
         let first = at.index * LAYER_TEXELS;
         let front = textureLoad(layers, record_texel(first), 0);

@@ -6,7 +6,6 @@
 import package::accumulator::layers::{Waiting, color, far, finish, near, pane_count, passed, start};
 import package::bind::picture_in::{band, layered_tiles, seen_pixels};
 import package::bind::picture_out::{carried, layers};
-import package::bind::sampled::tiles;
 import package::features::{HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
 import package::records::record::record_texel;
 import package::records::tile::tile_of;
@@ -15,6 +14,7 @@ import package::shade::bend::{aside, bent, bent_by, blur_square, entered};
 import package::shade::camera::{camera, inside, reached, walked};
 import package::shade::layer::{LAYERED_HEAD, LAYER_TEXELS};
 import package::traversal::lane::LANES;
+import choice::records::tile_words;
 import choice::traversal::walk;
 
 const CARRIED: u32 = 6u; // records of a pixel
@@ -70,7 +70,7 @@ fn shade_layers(
 ) {
     let view = camera();
     let at = tile_pixel(layered_tiles[LAYERED_HEAD + workgroup.x], lane, view.tiles_x);
-    let tile = tile_of(textureLoad(tiles, record_texel(at.tile), 0));
+    let tile = tile_of(tile_words(at.tile));
     let first = tile.first + band.round * ROUND_LENGTH;
     let goes_on = first > tile.first;
     if goes_on && first >= tile.end {
