@@ -11,7 +11,7 @@ use gobo_scene::Scene;
 use std::f64::consts::TAU;
 
 const INDEX: f64 = 1.33;
-/// Amplitude of waves a metre long [m]: below their crests light is in focus 1.33 / (0.33 k^2 a) = 1.02 m deep.
+/// Amplitude of waves a metre long [m]: crests focus light at 1.33 / (0.33 k^2 a) = 1.02 m.
 const HEIGHT: f64 = 0.1;
 /// Floor and half the width of the water [m].
 const FLOOR: f64 = -1.0;
@@ -47,10 +47,10 @@ fn water(bottom: Option<f64>) -> Scene {
     const COLUMNS: u32 = 256;
     let toml = format!(
         "[camera]\neye = [0, 9, 9]\n\
-         [[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\nsize = 512\ncaustics = 2\n\
+         [[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\nsize = 1024\ncaustics = 2\n\
          [[material]]\nname = 'water'\nior = {INDEX}\n\
          [[material]]\nname = 'ground'\ntransfer = 'opaque'\n\
-         [[shape]]\nkind = 'box'\nmaterial = 'ground'\nscale = [3, 0.2, 3]\ntranslation = [0, {}, 0]\n",
+         [[shape]]\nkind = 'box'\nmaterial = 'ground'\nscale = [2.6, 0.2, 1.4]\ntranslation = [0, {}, 0]\n",
         FLOOR - 0.1
     );
     let mut scene = read(&toml).unwrap_or_else(|error| panic!("{error}"));
