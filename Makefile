@@ -136,7 +136,7 @@ gpu-static: program
 ash: program
 	sh tools/ash.sh
 
-# Each reader of files on changed ones, FUZZ_SECONDS each: fails where one panics or hangs, or what it accepts cannot be
+# Each reader of files on changed ones, FUZZ_SECONDS of CPU time each: fails where one panics, hangs or takes 2 GiB, or what it accepts cannot be
 # rendered, and keeps what made it.
 fuzz: program
 	cargo run --release --quiet --example fuzz

@@ -1,11 +1,11 @@
 //! Every key of scene files, with odd values.
-use crate::{Outcome, load};
+use crate::{Outcome, cost::Clock, load};
 use gobo_scene as scene;
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs, io,
     path::{Path, PathBuf},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// Values that fit no key: of another kind, at the ends of ranges or beyond, of another length.
@@ -32,7 +32,7 @@ type Seed = (PathBuf, Vec<String>, u64);
 /// Number of pairs of key and value that failed, as far as time allows; the time limit of a scene is
 /// [`crate::SLOW`].
 pub(super) fn run(folders: &[PathBuf], time: Duration, out: &Path) -> io::Result<usize> {
-    let (keys, clock) = (asked(folders)?, Instant::now());
+    let (keys, clock) = (asked(folders)?, Clock::start());
     let (mut count, mut accepted, mut findings) = (0, 0, 0);
     let all = keys.len() * VALUES.len();
     // Value by value, so that every key has its turn even in a short time.

@@ -1,12 +1,15 @@
 //! Fuzzer: changes files at random and reads them, `make fuzz`.
 //!
-//! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` for each reader (30) and `FUZZ_SEED`
-//! (0). A reader fails if it panics, takes longer than `SLOW`, or disagrees with `scene::check`. Accepted
-//! scenes are rendered at a tiny size by the CPU reference, which fails in the same ways. The failing input
-//! is written to out/fuzz, and so is the last input (`current.*`), for a run that was killed.
+//! `cargo run --release --example fuzz [READER]...` with `FUZZ_SECONDS` of CPU time for each reader (30) and
+//! `FUZZ_SEED` (0). A reader fails if it panics, takes longer than `SLOW` or more memory than `LARGE`, or
+//! disagrees with `scene::check`. Accepted scenes are rendered at a tiny size by the CPU reference, which
+//! fails in the same ways. The failing input is written to out/fuzz, or to the folder that `FUZZ_OUT` names,
+//! and so is the last input (`current.*`), for a run that was killed.
 #[path = "../../tests/common/arrays.rs"]
 #[allow(dead_code, reason = "tests write more kinds of files")]
 mod arrays;
+mod beside;
+mod cost;
 mod keys;
 mod models;
 mod mutate;
@@ -25,6 +28,7 @@ mod splats;
 #[allow(dead_code, reason = "tests write more kinds of files")]
 mod vdb;
 
+use cost::{Clock, LARGE};
 use gobo::glam::UVec2;
 use gobo_picture::{RenderOptions, Renderer};
 use gobo_scene as scene;
@@ -56,7 +60,7 @@ fn main() -> io::Result<ExitCode> {
     };
     let (seconds, seed) = (number("FUZZ_SECONDS", 30), number("FUZZ_SEED", 0));
     let only: Vec<String> = std::env::args().skip(1).collect();
-    let out = PathBuf::from("out/fuzz");
+    let out = std::env::var_os("FUZZ_OUT").map_or_else(|| "out/fuzz".into(), PathBuf::from);
     fs::create_dir_all(&out)?;
     // A finding is one line, not a backtrace.
     std::panic::set_hook(Box::new(|_| ()));
@@ -119,14 +123,17 @@ fn run(
     read: impl Fn(&[u8]) -> io::Result<Outcome>,
 ) -> io::Result<usize> {
     let mut chance = Chance::new(seed);
-    let (clock, mut count, mut findings) = (Instant::now(), 0_u64, 0);
-    let (mut accepted, mut used) = (0_u64, 0_u64);
+    let (clock, mut count, mut findings) = (Clock::start(), 0_u64, 0);
+    let (mut accepted, mut used, mut most) = (0_u64, 0_u64, 0);
     while clock.elapsed() < time {
         let mut bytes = mutate::mutated(seeds, &mut chance);
         if extension == "gobo" {
             mutate::seal(&mut bytes);
         }
+        cost::forget_peak();
         let (mut result, mut took) = read(&bytes)?;
+        let peak = cost::peak();
+        most = most.max(peak);
         if took > SLOW {
             // Other processes may have used the cores.
             (result, took) = read(&bytes)?;
@@ -134,6 +141,7 @@ fn run(
         let fault = match result {
             Err(fault) => Some(fault),
             Ok(_) if took > SLOW => Some("is slow"),
+            Ok(_) if peak > LARGE => Some("takes too much memory"),
             Ok(end) => {
                 accepted += u64::from(!matches!(end, End::Refused));
                 used += u64::from(matches!(end, End::Used));
@@ -148,7 +156,11 @@ fn run(
         }
         count += 1;
     }
-    println!("{name}: {count} inputs, {accepted} accepted, {used} rendered, {findings} findings");
+    let (seconds, mib) = (clock.elapsed().as_secs_f64(), most >> 20);
+    println!(
+        "{name}: {count} inputs, {accepted} accepted, {used} rendered, {findings} findings, \
+         {seconds:.0} s, at most {mib} MiB"
+    );
     Ok(findings)
 }
 
@@ -168,7 +180,7 @@ fn load(path: &Path, set: &[(String, String)]) -> Outcome {
     (result, took)
 }
 
-/// Times of an animated scene [s].
+/// Times of a scene, of which an animated one has two [s].
 const TIMES: [f64; 2] = [0.0, 1.25];
 
 /// Renders a scene at a tiny size on the CPU. Scenes of many casters would take most of the time.
@@ -186,7 +198,8 @@ fn rendered(mut scene: Scene) -> Result<End, &'static str> {
         light.size = None;
     }
     let render = AssertUnwindSafe(|| {
-        TIMES.iter().try_for_each(|&seconds| {
+        let times = if scene.motions.is_empty() { &TIMES[..1] } else { &TIMES };
+        times.iter().try_for_each(|&seconds| {
             scene.set_time(seconds);
             Renderer::on_cpu().render(&scene, &RenderOptions::default()).map(drop)
         })

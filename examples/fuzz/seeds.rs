@@ -2,7 +2,7 @@
 use super::{
     Reader,
     arrays::{self, Kind, Vti},
-    models,
+    beside, models,
     nano::{self, Codec},
     points::{self, DOTS},
     splats::{self, SPLATS},
@@ -108,7 +108,6 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     readers.extend(models);
     let splats = |(name, extension, seeds)| in_table("splats", name, extension, seeds);
     readers.extend(splat_files().map(splats));
-    readers.push(splats(("sog_json", "json", sog_json(out)?)));
     readers.extend(mesh_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
     readers.extend(point_files().map(|(name, extension, seeds)| alone(name, extension, seeds)));
     let octree = Reader {
@@ -124,22 +123,8 @@ pub(super) fn readers(out: &Path) -> io::Result<Vec<Reader>> {
     readers.push(octree);
     let arrays = |(name, extension, seeds)| in_table("volume", name, extension, seeds);
     readers.extend(array_files().map(arrays));
+    readers.extend(beside::readers(out)?);
     Ok(readers)
-}
-
-/// Files that name the images of a SOG, and the levels of a streamed one, in a folder with these.
-fn sog_json(out: &Path) -> io::Result<Vec<Vec<u8>>> {
-    let files = splats::sog_files(&SPLATS);
-    fs::create_dir_all(out.join("level"))?;
-    for (name, bytes) in &files {
-        fs::write(out.join("level").join(name), bytes)?;
-        fs::write(out.join(name), bytes)?;
-    }
-    let levels = r#"{"version": 1, "count": 4, "lodLevels": 2, "filenames": ["level/meta.json"],
-"environment": "level/meta.json", "tree": {"children": [
-{"lods": {"0": {"file": 0, "offset": 0, "count": 2}, "1": {"file": 0, "offset": 1, "count": 1}}},
-{"lods": {"0": {"file": 0, "offset": 2, "count": 1}}}]}}"#;
-    Ok(vec![files[0].1.clone(), levels.as_bytes().to_vec()])
 }
 
 /// Point clouds in each format.
@@ -173,7 +158,6 @@ fn mesh_files() -> [Files; 2] {
 /// Name of a reader, extension of its files, and seeds.
 type Files = (&'static str, &'static str, Vec<Vec<u8>>);
 
-/// Splats in each format.
 /// A SOG of a splat with harmonics of degree 1.
 fn sog_with_harmonics() -> Vec<u8> {
     let splat = Gaussian { sigma: Vec3::splat(0.1), ..Gaussian::default() };
@@ -181,6 +165,7 @@ fn sog_with_harmonics() -> Vec<u8> {
     to_sog(&[splat], &[Vec3::ONE], &harmonics).expect("a splat of finite numbers")
 }
 
+/// Splats in each format.
 fn splat_files() -> [Files; 9] {
     let encodings = ["ascii", "binary_little_endian", "binary_big_endian"];
     let of_gltf = |logarithms| splats::gltf(&SPLATS, logarithms).into_bytes();
@@ -245,25 +230,29 @@ fn medium() -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A few voxels and a tile, and colours that change within both, in each encoding.
+/// A few voxels and a tile, and colours that change within both, in each encoding. Only one has a tile of
+/// many bricks, which take most of the time.
 fn vdb() -> Vec<Vec<u8>> {
     let mut grid = VdbGrid::default();
     for i in 0..40 {
         grid.set(IVec3::new(i * 7 % 19, i * 5 % 17, i * 3 % 11) - 4, i as f32 / 8.0);
     }
-    let mut colors = VdbGrid {
-        name: "Cd",
-        kind: "Tree_vec3s_5_4_3",
-        channels: &[1.0, 0.5, 0.125],
-        background: 1.0,
-        ..grid.clone()
+    let written = |(packing, edge): (Packing, i32)| {
+        let mut grid = grid.clone();
+        let mut colors = VdbGrid {
+            name: "Cd",
+            kind: "Tree_vec3s_5_4_3",
+            channels: &[1.0, 0.5, 0.125],
+            background: 1.0,
+            ..grid.clone()
+        };
+        colors.set(IVec3::new(edge + 2, 1, 1), 0.5);
+        grid.tiles.insert(([edge, 0, 0], edge), (0.25, true));
+        file(Format { packing, ..Format::default() }, &[grid, colors])
     };
-    colors.set(IVec3::new(130, 1, 1), 0.5);
-    grid.tiles.insert(([128, 0, 0], 128), (0.25, true));
-    let packings = [Packing::Plain, Packing::Zip, Packing::Blosc];
-    let written =
-        |packing| file(Format { packing, ..Format::default() }, &[grid.clone(), colors.clone()]);
-    packings.map(written).into()
+    [(Packing::Plain, 128), (Packing::Plain, 8), (Packing::Zip, 8), (Packing::Blosc, 8)]
+        .map(written)
+        .into()
 }
 
 fn scenes() -> io::Result<Vec<Vec<u8>>> {
@@ -391,7 +380,7 @@ fn glb(json: &[u8]) -> Vec<u8> {
     .concat()
 }
 
-fn picture(format: ImageFormat) -> io::Result<Vec<u8>> {
+pub(super) fn picture(format: ImageFormat) -> io::Result<Vec<u8>> {
     let image = RgbaImage::from_fn(9, 7, |x, y| {
         image::Rgba([x as u8 * 28, y as u8 * 36, 90, 255 - x as u8 * 9])
     });

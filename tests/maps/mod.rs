@@ -53,3 +53,4 @@ mod tints;
 mod transfers;
 mod volume_order;
 mod volumes;
+mod waves;
