@@ -255,6 +255,7 @@ const TEXELS: &[&str] = &[
     "curves",
     "filter_mip",
     "filters",
+    "first_surfaces",
     "half_surfaces",
     "kept_sums",
     "mask_points",

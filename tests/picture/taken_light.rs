@@ -1,5 +1,5 @@
-//! Light that the pictures through the samples of a pixel share: of particles, of voxels, and of surfaces where it is
-//! even.
+//! Light that the pictures through the samples of a pixel share: of particles, of voxels, and of surfaces
+//! where it is even.
 use crate::common::{
     TIERS, Tier, gpu,
     scenes::{empty, light, material, random_discs},
@@ -44,7 +44,7 @@ fn small(name: &str) -> Scene {
 #[test]
 fn samples_that_share_light_show_what_samples_alone_show() {
     let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
-    for (name, scene, of_surfaces) in [("discs", discs(), 0), ("cloud", small("cloud"), 2)] {
+    for (name, scene, of_surfaces) in [("discs", discs(), 0), ("cloud", small("cloud"), 3)] {
         let found = renderer.render(&scene, &RenderOptions::default()).unwrap().picture;
         let mut mean = MeanPicture::new(&scene);
         for sample in 0..4 {
@@ -59,7 +59,7 @@ fn samples_that_share_light_show_what_samples_alone_show() {
             // At the border, a sample may show what the first does not.
             let [x, y] = [at % size.x, at / size.x];
             let is_inside = x > 1 && y > 1 && x + 2 < size.x && y + 2 < size.y;
-            // Even light of surfaces is off by at most a step or two.
+            // Even light of surfaces is off by up to `UNEVEN`, and by as much again between pixels.
             let most = if is_inside { of_surfaces } else { 40 };
             let apart = (0..3).map(|i| a[i].abs_diff(b[i])).max().unwrap();
             assert!(apart <= most, "{name}, {x} {y}: {a:?}, not {b:?}");

@@ -3,6 +3,9 @@
 /// Constants without a mirror in Rust.
 pub(super) const KERNELS_ALONE: &[&str] = &[
     "ALL_LANES",
+    "DEPTH_ROUNDING",
+    "MOST_KEPT",
+    "UNEVEN",
     "CHILDREN",
     "FIRST_SEGMENT",
     "FROM_LIGHT",

@@ -124,7 +124,7 @@ impl ShadeFeatures {
 }
 
 impl ShadeFeatures {
-    /// Of a picture that keeps the light of its surfaces, or takes it over.
+    /// Features for a picture that keeps the light of its surfaces, or takes it over.
     pub(super) fn sharing(self, targets: &Targets) -> Self {
         let shares = targets.first_surfaces.is_some();
         Self {

@@ -1,14 +1,14 @@
-// Light of an opaque surface that a picture takes over from the one through the first sample of the pixels, where it is
-// even around the pixel: each sample sees its own surface, as in multisampling, and is lit where light changes. Rust:
-// crates/gobo-picture/src/picture/first_light.rs.
+// Light of an opaque surface that a picture takes over from the one through the first sample of the pixels,
+// where light is even around the pixel. Each sample sees its own surface, as in multisampling, and has its own
+// light where that changes. Rust: crates/gobo-picture/src/picture/first_light.rs.
 
 import package::bind::picture_in::first_surfaces;
 import package::bind::uniform::picture_params;
 import package::records::point::Point;
 
-// Largest distance of even light from a plane over 3 x 3 pixels, on a scale of square roots, which is about that
-// of the screen: two and a half steps of 8 bits.
-const UNEVEN: f32 = 0.02;
+// Largest distance of even light from a plane over 3 x 3 pixels, on a scale of square roots, which is about
+// the screen's: some 1.2 steps of 8 bits.
+const UNEVEN: f32 = 0.01;
 
 const MOST_KEPT: f32 = 65504.0; // the largest half
 

@@ -31,8 +31,8 @@ impl PictureRequest<'_> {
         LightRecords::new(lights, prepared.views(), prepared.gpu_views(), &scene.shadow)
     }
 
-    /// `first_setup`: footprint with the translucent setup 0, modulo 2^32; `from_first`: offset from the first
-    /// sample \[pixels\].
+    /// `first_setup`: footprint with the translucent setup 0, modulo 2^32; `from_first`: offset from the
+    /// first sample \[pixels\].
     pub(super) fn params(
         &self,
         records: &LightRecords,
@@ -80,7 +80,7 @@ pub struct Kept {
     pub slots: FormerSlots,
     pub(in crate::picture) masks: Option<Arc<MaskTextures>>,
     pub(super) band: Option<Arc<BandMemory>>,
-    /// Whether pictures through further samples of the pixels will take over the picture's light of surfaces.
+    /// Whether pictures through further samples of the pixels will take over its light of surfaces.
     pub is_first: bool,
     /// Light of a picture through the first sample of the pixels, for pictures through further ones.
     pub first_light: Option<FirstLight>,
