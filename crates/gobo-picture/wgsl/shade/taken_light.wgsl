@@ -1,6 +1,6 @@
 // Light of an opaque surface that a picture takes over from the one through the first sample of the pixels,
-// where light is even around the pixel. Each sample sees its own surface, as in multisampling, and has its own
-// light where that changes. Rust: crates/gobo-picture/src/picture/first_light.rs.
+// where light is even around the pixel. Each sample sees its own surface, as in multisampling, and has its
+// own light where that changes. Rust: crates/gobo-picture/src/picture/first_light.rs.
 
 import package::bind::picture_in::first_surfaces;
 import package::bind::uniform::picture_params;
