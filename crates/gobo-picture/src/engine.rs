@@ -68,9 +68,14 @@ pub(super) fn settings(scene: &Scene, reads_maps: bool) -> ShadowSettings {
     ShadowSettings { receiver, curve_memory, ..scene.shadow }
 }
 
-/// Whether the samples of a pixel share light: through a lens they have other eyes.
+/// Whether the samples of a pixel share light; through a lens they have other eyes.
 fn shares_light(scene: &Scene) -> bool {
     scene.samples > 1 && scene.lens.radius == 0.0
+}
+
+/// Whether samples share the light of surfaces, too; masks are smoothed by each sample's own surfaces.
+fn shares_surfaces(scene: &Scene) -> bool {
+    shares_light(scene) && scene.mask.is_none()
 }
 
 impl GpuEngine {
@@ -110,7 +115,7 @@ impl GpuEngine {
         let limits = AtlasLimits::of(&self.gpu.device.limits());
         let (views, shrunk) = picture_views(scene, &limits);
         let whole = View::from_camera(&scene.camera, &scene.held_bounds());
-        self.kept.is_first = options.sample.is_none() && shares_light(scene);
+        self.kept.is_first = options.sample.is_none() && shares_surfaces(scene);
         let first = options.sample.unwrap_or(0) as usize;
         let camera = View::of_samples(scene, &whole).nth(first).unwrap_or_else(|| whole.clone());
         // Compiles the picture's kernels while the device renders the maps of a first frame.
@@ -234,7 +239,7 @@ impl GpuEngine {
         let count_first = !self.has_counted;
         self.shadows.configure(|config| config.toggles.count_first = count_first);
         // Prepared twice, as in `Shadows::pending`: maps of an earlier frame are cleared by a kernel.
-        self.kept.is_first = shares_light(scene);
+        self.kept.is_first = shares_surfaces(scene);
         let settings = &settings(scene, false);
         self.shadows.prepare_uncompiled(&casters, &views, settings, &inputs)?;
         let prepared = self.shadows.prepare_uncompiled(&casters, &views, settings, &inputs)?;

@@ -109,9 +109,9 @@ impl ColumnRay {
         let angle = if is_local { seen } else { 0.0 };
         let most = (MAX_LIT_SAMPLES / lighting.lights().len() as u32)
             .clamp(MIN_AIR_SAMPLES, MAX_AIR_SAMPLES);
-        let wanted = ((angle / SAMPLE_ANGLE).ceil() as u32).clamp(MIN_AIR_SAMPLES, most);
+        let wanted = ((angle / SAMPLE_ANGLE).ceil() as u32).min(most);
         // Those of the pictures through all samples of a pixel interleave.
-        let count = wanted.div_ceil(params.pictures);
+        let count = wanted.div_ceil(params.pictures).max(MIN_AIR_SAMPLES);
         let sample = |i: u32| {
             let part = (i as f32 + 0.5 + self.phase) / count as f32;
             let (at, share) = if is_local {

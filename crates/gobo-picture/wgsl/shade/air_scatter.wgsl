@@ -104,9 +104,9 @@ fn stretch_of(light: GpuLight, column: Column) -> Stretch {
     let is_local = light.kind != LIGHT_DIRECTIONAL;
     let angle = select(0.0, atan2(apart * (high - low), apart * apart + low * high), is_local);
     let most = clamp(MAX_LIT_SAMPLES / picture_params.light_count, MIN_AIR_SAMPLES, MAX_AIR_SAMPLES);
-    let wanted = clamp(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), MIN_AIR_SAMPLES, most);
+    let wanted = min(u32(ceil(max(angle, 0.0) / SAMPLE_ANGLE)), most);
     // Those of the pictures through all samples of a pixel interleave.
-    let count = (wanted + air_params.pictures - 1u) / air_params.pictures;
+    let count = max((wanted + air_params.pictures - 1u) / air_params.pictures, MIN_AIR_SAMPLES);
     let is_lit = (high > low) & ((light.traits & SHAFTS_BIT) != 0u);
     return Stretch(metres, nearest, low, high, apart, angle, select(0u, count, is_lit));
 }
