@@ -121,9 +121,7 @@ impl ShadeFeatures {
                 .with(Flags::HAS_PANES, panes),
         }
     }
-}
 
-impl ShadeFeatures {
     /// Features for a picture that keeps the light of its surfaces, or takes it over.
     pub(super) fn sharing(self, targets: &Targets) -> Self {
         let shares = targets.first_surfaces.is_some();

@@ -160,7 +160,6 @@ impl PreparedPicture {
         let params = allocator.uniform("picture_params", &params);
         let mut targets =
             Targets::new(&mut allocator, size, lit_count, lattice_points, rects.len(), kept)?;
-
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
         // With all their levels; maps read only the first.
         let images = array_view(&shadows.casters()?.images);

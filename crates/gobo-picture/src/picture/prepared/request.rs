@@ -80,7 +80,7 @@ pub struct Kept {
     pub slots: FormerSlots,
     pub(in crate::picture) masks: Option<Arc<MaskTextures>>,
     pub(super) band: Option<Arc<BandMemory>>,
-    /// Whether pictures through further samples of the pixels will take over its light of surfaces.
+    /// Whether pictures through further samples of the pixels will take over the light of its surfaces.
     pub is_first: bool,
     /// Light of a picture through the first sample of the pixels, for pictures through further ones.
     pub first_light: Option<FirstLight>,
