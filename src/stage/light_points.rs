@@ -147,6 +147,10 @@ crate::records::gpu_struct! {
         pub cutout_threshold: f32,
         /// Offset of the sample in its pixel from the first sample's \[pixels\].
         pub from_first: Vec2,
+        /// Offset of the second sample from the first.
+        pub second_from_first: Vec2,
+        pub pad_0: u32,
+        pub pad_1: u32,
         /// Irradiance of the environment as spherical harmonics (rgb).
         pub irradiance: [Vec4; IRRADIANCE],
     }

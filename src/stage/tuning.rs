@@ -22,7 +22,7 @@ pub const MOST_RECORDS: u64 = 512 << 20;
 pub const TILE_RUN: u32 = 4;
 
 /// Tuning of kernels for a device. No choice changes a bit of the maps, except `scatter_tiny` and
-/// `disc_segment`, which change their rounding.
+/// `disc_segment`, which change their rounding, and `queued`, which changes where nodes of curves end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tuning {
     /// Partition of the work of sort and bin.

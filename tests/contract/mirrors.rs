@@ -70,6 +70,7 @@ fn mirrors() -> BTreeMap<&'static str, f64> {
         ("AIR_RUN", gobo_picture::stage::air::AIR_RUN),
         ("MAX_AIR_RUNS", gobo_picture::stage::air::MAX_AIR_RUNS),
         ("ITEM_HEAD", gobo_picture::stage::air::ITEM_HEAD),
+        ("WHOLE_PICTURES", gobo_picture::picture::WHOLE_PICTURES),
         ("TONE_LINEAR", Tone::Linear as u32),
         ("TONE_FILMIC", Tone::Filmic as u32),
         ("OCCLUDER_DIRECTIONS", occlusion::OCCLUDER_DIRECTIONS),

@@ -320,6 +320,7 @@ impl GpuEngine {
         for camera in View::of_samples(lit.scene, camera).skip(1) {
             let lit = Lit { camera, ..lit.clone() };
             let (shown, ..) = self.shade_whole_picture(&lit, budget)?;
+            self.kept.first_light = shares_light(lit.scene).then(|| shown.first_light());
             add(&mut mean, self.read_light(&shown)?);
             done += 1;
             tell(options.watch, done, parts)?;

@@ -6,8 +6,11 @@ use wgpu::Texture;
 /// How far samples of a pixel are apart at most \[pixels\].
 const APART: f32 = 2.0;
 
-/// Light of a picture through the first sample of its pixels, which pictures of the same casters and maps
-/// through further samples take over.
+/// Pictures through the first samples of the pixels, which are lit whole and whose surfaces are kept.
+pub const WHOLE_PICTURES: u32 = 2;
+
+/// Light of a picture through the first sample of its pixels, and of its surfaces through the second, which
+/// pictures of the same casters and maps through further samples take over.
 #[derive(Clone, Debug)]
 pub struct FirstLight {
     /// The view in which casters are listed: around those of all samples.
@@ -16,10 +19,10 @@ pub struct FirstLight {
     pub(super) particles: Texture,
     /// Light of the lattices of all bricks.
     pub(super) bricks: Texture,
-    /// Visible surfaces and their light, if pictures take it over.
+    /// Visible surfaces and their light, if pictures take it over: a layer for each of [`WHOLE_PICTURES`].
     pub(super) surfaces: Option<Texture>,
-    /// Offset of the sample in its pixel \[pixels\].
-    pub(super) offset: Vec2,
+    /// Offsets in their pixel of the samples whose surfaces are kept \[pixels\].
+    pub(super) offsets: Vec<Vec2>,
 }
 
 /// The view in which casters are listed: the camera's, or one around it, for pictures with several samples.

@@ -12,5 +12,5 @@ mod lists;
 mod prepared;
 mod shading;
 
-pub use first_light::FirstLight;
+pub use first_light::{FirstLight, WHOLE_PICTURES};
 pub use prepared::{Kept, PictureCapacity, PictureRequest, PreparedPicture};

@@ -124,12 +124,9 @@ impl ShadeFeatures {
 
     /// Features for a picture that keeps the light of its surfaces, or takes it over.
     pub(super) fn sharing(self, targets: &Targets) -> Self {
-        let shares = targets.first_surfaces.is_some();
-        Self {
-            surfaces: self.surfaces.with(Flags::TAKES_LIGHT, shares && targets.is_lit),
-            keeps_light: shares && !targets.is_lit,
-            ..self
-        }
+        let keeps_light = targets.kept_layer.is_some();
+        let takes_light = targets.first_surfaces.is_some() && !keeps_light;
+        Self { surfaces: self.surfaces.with(Flags::TAKES_LIGHT, takes_light), keeps_light, ..self }
     }
 }
 

@@ -25,7 +25,7 @@ import package::shade::band::Band;
 @group(0) @binding(145) var bloom_level: texture_2d<f32>;
 @group(0) @binding(146) var behinds: texture_2d<f32>;
 @group(0) @binding(147) var bends: texture_2d<u32>;
-@group(0) @binding(192) var first_surfaces: texture_2d<u32>;
+@group(0) @binding(192) var first_surfaces: texture_2d_array<u32>;
 
 @group(0) @binding(0) var<uniform> air_params: AirParams;
 @group(0) @binding(2) var<uniform> cluster_params: ClusterParams;

@@ -1,6 +1,7 @@
-// Light of an opaque surface that a picture takes over from the one through the first sample of the pixels,
-// where light is even around the pixel. Each sample sees its own surface, as in multisampling, and has its
-// own light where that changes. Rust: crates/gobo-picture/src/picture/first_light.rs.
+// Light of an opaque surface that a picture takes over from those through the first two samples of the
+// pixels, where both say that light is even around the pixel. Each sample sees its own surface, as in
+// multisampling, and has its own light where that changes. Rust:
+// crates/gobo-picture/src/picture/first_light.rs.
 
 import package::bind::picture_in::first_surfaces;
 import package::bind::uniform::picture_params;
@@ -12,6 +13,8 @@ const UNEVEN: f32 = 0.01;
 
 const MOST_KEPT: f32 = 65504.0; // the largest half
 
+const WHOLE_PICTURES: u32 = 2u;
+
 const DEPTH_ROUNDING: f32 = 1e-6; // share of a depth
 
 // `depth`: its bits.
@@ -20,9 +23,9 @@ fn packed_surface(light: vec3<f32>, tag: u32, depth: u32) -> vec4<u32> {
     return vec4(pack2x16float(kept.rg), pack2x16float(vec2(kept.b, 0.0)) | (tag << 16u), depth, 0u);
 }
 
-fn surface_at(pixel: vec2<i32>) -> vec4<u32> {
+fn surface_at(pixel: vec2<i32>, sample: u32) -> vec4<u32> {
     let last = vec2<i32>(textureDimensions(first_surfaces)) - 1;
-    return textureLoad(first_surfaces, clamp(pixel, vec2(0), last), 0);
+    return textureLoad(first_surfaces, clamp(pixel, vec2(0), last), sample, 0);
 }
 
 fn light_of_surface(surface: vec4<u32>) -> vec3<f32> {
@@ -38,7 +41,7 @@ struct Taken {
 // `depth`: of the sample's surface.
 fn taken_light(pixel: vec2<u32>, point: Point, depth: f32) -> Taken {
     let middle = vec2<i32>(pixel);
-    // A plane through the light of the pixels around, by least squares.
+    // A plane through the first sample's light of the pixels around, by least squares.
     var mean = vec3(0.0);
     var across = vec3(0.0);
     var down = vec3(0.0);
@@ -46,7 +49,7 @@ fn taken_light(pixel: vec2<u32>, point: Point, depth: f32) -> Taken {
     var farthest = -1.0;
     for (var y = -1; y <= 1; y += 1) {
         for (var x = -1; x <= 1; x += 1) {
-            let surface = surface_at(middle + vec2(x, y));
+            let surface = surface_at(middle + vec2(x, y), 0u);
             let light = light_of_surface(surface);
             mean += light / 9.0;
             across += light * f32(x) / 6.0;
@@ -56,15 +59,19 @@ fn taken_light(pixel: vec2<u32>, point: Point, depth: f32) -> Taken {
         }
     }
     var apart = vec3(0.0);
-    for (var y = -1; y <= 1; y += 1) {
-        for (var x = -1; x <= 1; x += 1) {
-            let light = light_of_surface(surface_at(middle + vec2(x, y)));
-            apart = max(apart, abs(light - mean - across * f32(x) - down * f32(y)));
+    for (var sample = 0u; sample < WHOLE_PICTURES; sample += 1u) {
+        let offset = f32(sample) * picture_params.second_from_first;
+        for (var y = -1; y <= 1; y += 1) {
+            for (var x = -1; x <= 1; x += 1) {
+                let at = vec2(f32(x), f32(y)) + offset;
+                let light = light_of_surface(surface_at(middle + vec2(x, y), sample));
+                apart = max(apart, abs(light - mean - across * at.x - down * at.y));
+            }
         }
     }
     let white = 1.0 / max(picture_params.exposure, 1e-20);
     let is_flat = all(apart <= UNEVEN * sqrt(mean * white)) & all(mean < vec3(0.5 * MOST_KEPT));
-    let is_same = (surface_at(middle).y >> 16u) == point.tag;
+    let is_same = (surface_at(middle, 0u).y >> 16u) == point.tag;
     let rounding = DEPTH_ROUNDING * depth;
     let is_there = (depth >= nearest - rounding) & (depth <= farthest + rounding);
     let offset = picture_params.from_first;

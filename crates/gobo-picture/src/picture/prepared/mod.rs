@@ -10,7 +10,7 @@ use super::{
     bands::{TileRect, band_tiles},
     clusters::Clusters,
     finish::{Finish, ToFinish},
-    first_light::around,
+    first_light::{WHOLE_PICTURES, around},
     lighting::Lighting,
     lists::CameraList,
     shading::{ShadeFeatures, Shading, ToShade},
@@ -30,7 +30,10 @@ use gobo::{
 };
 use parts::Parts;
 use std::sync::Arc;
-use wgpu::{Buffer, BufferUsages, Texture, TextureFormat, TextureUsages};
+use wgpu::{
+    Buffer, BufferUsages, Texture, TextureFormat, TextureUsages, TextureView,
+    TextureViewDescriptor, TextureViewDimension,
+};
 
 /// A picture, ready to be recorded after the maps that light it.
 #[derive(Debug)]
@@ -55,8 +58,8 @@ pub struct PreparedPicture {
     tile_count: u32,
     /// View in which its casters are listed.
     around: GpuView,
-    /// Offset of the sample in its pixel \[pixels\].
-    offset: Vec2,
+    /// [`FirstLight::offsets`](super::FirstLight).
+    offsets: Vec<Vec2>,
     /// Bytes by buffer and texture.
     pub memory: Memory,
 }
@@ -73,6 +76,8 @@ pub(super) struct Targets {
     pub(super) is_lit: bool,
     /// Light of surfaces for pictures through further samples, or from the first.
     pub(super) first_surfaces: Option<Texture>,
+    /// Its layer of this picture, unless that takes light over.
+    pub(super) kept_layer: Option<u32>,
     pixels: Buffer,
     /// Counters of the lists, part by part.
     counters: Buffer,
@@ -108,11 +113,37 @@ impl Targets {
             Some(taken) => taken.surfaces.clone(),
             None if kept.is_first => {
                 let (name, format) = ("first_surfaces", TextureFormat::Rgba32Uint);
+                let extent = [extent[0], extent[1], WHOLE_PICTURES.into()];
                 Some(allocator.texture(name, format, extent, TextureUsages::STORAGE_BINDING)?)
             }
             None => None,
         };
-        Ok(Self { radiance, lit, brick_lights, is_lit, first_surfaces, pixels, counters })
+        let layer = taken.map_or(0, |taken| taken.offsets.len() as u32);
+        let keeps = first_surfaces.is_some() && layer < WHOLE_PICTURES;
+        let kept_layer = keeps.then_some(layer);
+        Ok(Self {
+            radiance,
+            lit,
+            brick_lights,
+            is_lit,
+            first_surfaces,
+            kept_layer,
+            pixels,
+            counters,
+        })
+    }
+
+    /// The layer that is kept, or all that light is taken over from.
+    fn surfaces_view(&self) -> Option<TextureView> {
+        let surfaces = self.first_surfaces.as_ref()?;
+        let layer = |layer| TextureViewDescriptor {
+            dimension: Some(TextureViewDimension::D2),
+            base_array_layer: layer,
+            array_layer_count: Some(1),
+            ..Default::default()
+        };
+        let kept = self.kept_layer.map(|kept| surfaces.create_view(&layer(kept)));
+        Some(kept.unwrap_or_else(|| array_view(surfaces)))
     }
 }
 
@@ -153,14 +184,19 @@ impl PreparedPicture {
         let records = request.light_records();
         let lattice_points = shadows.casters()?.bricks().lattice_points;
         let clusters = Clusters::new(&mut allocator, queue, kernels, scene, camera, &records)?;
+        let mut offsets = first.map_or(Vec::new(), |first| first.offsets);
         let offset = camera.shear();
-        let from_first = first.as_ref().map_or(Vec2::ZERO, |first| offset - first.offset);
+        if offsets.len() < WHOLE_PICTURES as usize {
+            offsets.push(offset);
+        }
+        let from_first = [offset - offsets[0], offsets[offsets.len() - 1] - offsets[0]];
         let setup_origin = lists[1].setup_origin;
         let params = request.params(&records, &clusters.grid, setup_origin, from_first);
         let params = allocator.uniform("picture_params", &params);
         let mut targets =
             Targets::new(&mut allocator, size, lit_count, lattice_points, rects.len(), kept)?;
         let band = band_memory(&mut allocator, request, kept, &lists[1])?;
+        let surfaces = targets.surfaces_view();
         // With all their levels; maps read only the first.
         let images = array_view(&shadows.casters()?.images);
         let resources = shadows
@@ -173,7 +209,7 @@ impl PreparedPicture {
             .with("picture_params", &params)
             .with("lights", &clusters.lights)
             .with("clusters", &clusters.lists)
-            .with_any("first_surfaces", targets.first_surfaces.as_ref())
+            .with_any("first_surfaces", surfaces.as_ref())
             .with("radiance", &targets.radiance)
             .with("pixels", &targets.pixels);
         let bands: Vec<_> = rects.iter().flat_map(|part| part.bands(band.tiles)).collect();
@@ -223,7 +259,7 @@ impl PreparedPicture {
             band,
             tile_count: tiles.element_product(),
             around,
-            offset,
+            offsets,
             memory,
         })
     }

@@ -57,7 +57,7 @@ impl PreparedPicture {
             particles: lit.clone(),
             bricks: brick_lights.clone(),
             surfaces: first_surfaces.clone(),
-            offset: self.offset,
+            offsets: self.offsets.clone(),
         }
     }
 

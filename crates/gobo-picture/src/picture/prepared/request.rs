@@ -31,14 +31,14 @@ impl PictureRequest<'_> {
         LightRecords::new(lights, prepared.views(), prepared.gpu_views(), &scene.shadow)
     }
 
-    /// `first_setup`: footprint with the translucent setup 0, modulo 2^32; `from_first`: offset from the
-    /// first sample \[pixels\].
+    /// `first_setup`: footprint with the translucent setup 0, modulo 2^32; `from_first`: offsets of the
+    /// sample and of the last one that is lit whole from the first \[pixels\].
     pub(super) fn params(
         &self,
         records: &LightRecords,
         grid: &ClusterGrid,
         first_setup: u32,
-        from_first: Vec2,
+        [from_first, second_from_first]: [Vec2; 2],
     ) -> PictureParams {
         let Self { scene, camera, prepared, .. } = self;
         let detail = ImageDetail::new(scene.samples, camera.sample_offset());
@@ -68,6 +68,9 @@ impl PictureRequest<'_> {
             image_reach: detail.reach,
             cutout_threshold: detail.threshold,
             from_first,
+            second_from_first,
+            pad_0: 0,
+            pad_1: 0,
             irradiance: scene.irradiance().map(|c| c.extend(0.0)),
         }
     }
