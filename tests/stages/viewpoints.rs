@@ -184,7 +184,6 @@ fn floor_points(scene: &Scene, columns: Range<u32>, rows: Range<u32>) -> Vec<Rec
 /// The shadow of a man behind a screen of coloured glass, compared with the mean of point suns: his penumbra
 /// has the colours of the panes in front of it.
 #[test]
-#[ignore = "26 suns in maps of 2,048 x 2,048: make test-all"]
 fn penumbrae_have_the_colors_of_the_glass_before_them() {
     const SUNS: usize = 26;
     let path = crate::common::root().join("data/gallery/screens.toml");
