@@ -30,11 +30,15 @@ fn main() -> Done {
     for (name, transfer, settings) in [
         ("nearest depth", Transfer::Filter, nearest),
         ("`over`, in its order", Transfer::Over, nearest),
-        ("`soften`", Transfer::Filter, ShadowSettings { soften: true, ..nearest }),
+        ("dithered, `soften`", Transfer::Dither, ShadowSettings { soften: true, ..nearest }),
         ("curve of 4", Transfer::Filter, ShadowSettings { nodes: 4, ..curve }),
         ("curve of 8", Transfer::Filter, curve),
         ("curve of 16", Transfer::Filter, ShadowSettings { nodes: 16, ..curve }),
-        ("curve of 8, `soften`", Transfer::Filter, ShadowSettings { soften: true, ..curve }),
+        (
+            "dithered, curve of 8, `soften`",
+            Transfer::Dither,
+            ShadowSettings { soften: true, ..curve },
+        ),
         (
             "curve of 8 in pages",
             Transfer::Filter,
