@@ -9,7 +9,7 @@ DEMOS := screens pool
 SWIFTSHADER_SKIPS := a_million a_hundred_thousand more_tiles \
 	cli:: dither_figures:: bench::
 
-.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu-pack gpu-pack-test ash web view-test c release-check semver first-minute bevy fuzz soak doc deny foreign \
+.PHONY: demo program gallery pictures farm examples features test test-slow units test-all test-swiftshader test-mesa test-widths web-test web-kernels web-page export-check gpu-static gpu gpu-pack gpu-pack-test ash web view-test c release-check semver first-minute bevy fuzz soak doc deny foreign \
 	bench profile results native tables quality man python test-python setup
 
 # Renders two scenes of data/gallery/ and says where the pictures are.
@@ -127,6 +127,10 @@ gpu-pack: program
 
 gpu-pack-test: gpu-pack
 	sh tools/gpu_pack_test.sh
+
+# The same on this machine's driver: benches/results/<device>.json, and a page in target/gpu-pack/results. GOBO_PACK_SMALL=1: smaller cases.
+gpu: gpu-pack
+	sh tools/gpu.sh
 
 # What exported kernels need on GPUs (registers, spills, code), by a GPU's compiler without one: tools/gpu_static/limits.toml.
 gpu-static: program

@@ -29,6 +29,6 @@ if ! ls /usr/share/vulkan/icd.d/radeon_icd*.json >/dev/null 2>&1; then
 fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-(cd tools/gpu_static && CARGO_TARGET_DIR=$target cargo build --quiet --release)
+(cd tools/gpu_static && CARGO_TARGET_DIR=$target cargo test --quiet --release >&2 && CARGO_TARGET_DIR=$target cargo build --quiet --release)
 "$gobo" export --target spirv -o "$folder" >/dev/null
 "$target/release/gpu-static" "$folder" "$@"

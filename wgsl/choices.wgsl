@@ -5,11 +5,12 @@ import package::bind::uniform::views;
 import package::curve::list::Node;
 import package::curve::node::packed_node;
 import package::curve::ray::{Texel, corner};
-import package::entry::walk::{SHARES, share_texel, tile_at, walk_tile_share};
+import package::entry::walk::{SHARES, share_texel, walk_tile_share};
 import package::features::NODES;
 import package::records::batch::workgroup_number;
 import package::records::view::GpuView;
 import choice::output::{is_blank, store_nodes};
+import choice::records::tile_at;
 
 // Order of tiles: a workgroup takes the tile of its own index.
 fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {

@@ -6,6 +6,9 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 /// Most taps along the longer side of the area that a sample of the picture sees of an image.
 pub const MAX_IMAGE_TAPS: u32 = 4;
 
+/// Weight below which the last tap of an area is rounding alone.
+pub const LEAST_TAP: f32 = 1e-5;
+
 /// Weight of the colour of clear texels in means that are weighted by alpha: just enough that an image
 /// without any opacity has a colour.
 pub const CLEAR_WEIGHT: f32 = 1.0 / 65536.0;

@@ -67,8 +67,8 @@ pub use host::{
     MAX_COORDINATE,
 };
 pub use image::{
-    CLEAR_WEIGHT, ImageDetail, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size,
-    image_levels, linear_from_srgb,
+    CLEAR_WEIGHT, ImageDetail, ImageLevel, LEAST_TAP, MAX_IMAGE_TAPS, image_level_count,
+    image_level_size, image_levels, linear_from_srgb,
 };
 pub use import::ImportParams;
 pub use layout::{Field, GpuLayout};

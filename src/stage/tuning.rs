@@ -127,3 +127,45 @@ impl Tuning {
         chosen.into_iter().filter(|(is, _)| *is).flat_map(|(_, choices)| choices).copied().collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ON_GPUS: Tuning = Tuning {
+        partition: Partition::Wide,
+        disc_segment: WIDE_DISC_SEGMENT,
+        bucket_pairs: BUCKET_PAIRS,
+        scatter_tiny: true,
+        columns: false,
+        kinds_apart: false,
+        wide: false,
+        queued: false,
+        interleaved: false,
+        record_form: RecordForm::Buffers,
+        loaded: false,
+    };
+
+    /// 128 MiB are WebGPU's default; records of 16 million casters are 512 MiB.
+    #[test]
+    fn records_are_in_buffers_where_all_of_them_can_be_bound() {
+        use RecordForm::{Buffers, Textures};
+        for &tier in Tier::ALL {
+            let at_most = if tier == Tier::Native { Buffers } else { Textures };
+            for (max_storage_buffer_binding_size, form) in [
+                (128 << 20, Textures),
+                ((512 << 20) - 1, Textures),
+                (512 << 20, at_most),
+                (u64::MAX, at_most),
+            ] {
+                let limits = wgpu::Limits { max_storage_buffer_binding_size, ..Default::default() };
+                let found = ON_GPUS.within(tier, &limits);
+                let what = format!("{tier}, {max_storage_buffer_binding_size} bytes");
+                assert_eq!(found.record_form, form, "{what}");
+                assert_eq!(Tuning { record_form: Buffers, ..found }, ON_GPUS, "{what}");
+                let on_cpus = Tuning { record_form: Textures, ..ON_GPUS };
+                assert_eq!(on_cpus.within(tier, &limits), on_cpus, "{what}");
+            }
+        }
+    }
+}

@@ -10,6 +10,7 @@ pub(crate) mod model;
 pub(crate) mod nano;
 pub(crate) mod points;
 pub(crate) mod records;
+pub(crate) mod rounding;
 pub(crate) mod scenes;
 pub(crate) mod splats;
 pub(crate) mod strand_truth;

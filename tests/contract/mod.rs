@@ -8,6 +8,7 @@ mod grammar;
 mod layers;
 mod layout;
 mod mirrors;
+mod pack;
 mod recording;
 mod shaders;
 mod slow;

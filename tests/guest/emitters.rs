@@ -1,6 +1,10 @@
 //! Emitters on the device: particles match the CPU reference's, and cast shadows without a read-back.
 use super::{Particle, ShadowSettings, Vec3, Vec4, on_device, shadows, submit, uploaded};
-use crate::common::{TIERS, Tier, gpu, tiers};
+use crate::common::{
+    TIERS, Tier, gpu,
+    rounding::{LOADED, rounds_as_the_cpu},
+    tiers,
+};
 use gobo::{
     CasterCount, HostCasters,
     gpu::Gpu,
@@ -263,7 +267,10 @@ fn smoke_on_the_device_casts_the_shadow_of_an_upload() {
         let all: Vec<_> = records.iter().filter_map(GpuEmitted::emitted).map(particle).collect();
         let expected = uploaded(&gpu, &mut shadows, &all, &settings);
         let prepared = on_device(&mut shadows, &[], &[set], &settings);
-        assert!(submit(&gpu, &prepared) == expected, "{tier}");
+        let found = submit(&gpu, &prepared);
+        let share = found.share_apart(&expected);
+        let is_same = if rounds_as_the_cpu(&gpu) { found == expected } else { share <= LOADED };
+        assert!(is_same, "{tier}: {share} of the texels");
         let shade = expected.filters.iter().filter(|texel| texel[2] < 0x3a00).count();
         assert!(shade > 300, "{shade} texels are in shade");
         // The next steps cast other shadows without another `prepare`.

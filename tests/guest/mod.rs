@@ -1,4 +1,5 @@
 //! Inputs of a host on the device: casters in its buffers, and depth maps.
+mod border;
 mod casters;
 mod clip;
 mod depths;
@@ -209,6 +210,15 @@ pub(super) struct Bits {
     nearests: Vec<u32>,
     pub(super) opaques: Vec<u32>,
     curves: Vec<[[u32; 2]; 2]>,
+}
+
+impl Bits {
+    /// Share of texels whose light differs by more than two steps of halves.
+    pub(super) fn share_apart(&self, other: &Self) -> f64 {
+        let pairs = self.filters.iter().zip(&other.filters);
+        let is_apart = |(a, b): &(&[u16; 4], &[u16; 4])| (0..3).any(|c| a[c].abs_diff(b[c]) > 2);
+        pairs.filter(is_apart).count() as f64 / self.filters.len() as f64
+    }
 }
 
 /// Fails with the list of differences.

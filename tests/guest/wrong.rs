@@ -235,10 +235,10 @@ fn no_memory_is_an_error_and_keeps_the_last_maps() {
     let settings = ShadowSettings { size: 64, ..ShadowSettings::default() };
     let small = shadows.prepare(&casters, &views(), &settings).unwrap();
     let before = super::submit(&gpu, &small);
-    // 32 GiB of filters.
-    let large: Vec<View> = (0..32)
+    // 128 GiB of filters, and as much of depths: more than a card has.
+    let large: Vec<View> = (0..128)
         .flat_map(|_| views())
-        .take(256)
+        .take(1024)
         .map(|view| View { size: UVec2::splat(4096), ..view })
         .collect();
     let error = shadows.prepare(&casters, &large, &settings).unwrap_err();

@@ -3,6 +3,8 @@ use crate::common::{
     TIERS,
     brute_force::render,
     compare::{Tolerance, assert_maps_agree, compare_maps},
+    gpu,
+    rounding::{DECODED, on},
     scenes::{Chance, empty, light, material, random_discs, triangle},
 };
 use gobo::{
@@ -37,16 +39,17 @@ fn lit_by(kind: LightKind, materials: Vec<Material>) -> Scene {
 pub(super) fn assert_agrees(scene: &Scene, tolerance: Tolerance) -> Vec<Counters> {
     let views = shadow_views(scene);
     let truth: Vec<_> = views.iter().map(|view| render(scene, view)).collect();
-    let agree = |maps: &[ViewMaps]| {
+    let agree = |maps: &[ViewMaps], tolerance: Tolerance| {
         assert_eq!(maps.len(), truth.len());
         truth.iter().zip(maps).for_each(|(truth, maps)| assert_maps_agree(truth, maps, tolerance));
     };
     let (maps, counters) = render_maps(scene, &views);
-    agree(&maps);
+    agree(&maps, tolerance);
     let mut all = vec![counters];
     for tier in TIERS {
         let frame = crate::common::map_frame(tier, scene);
-        agree(&frame.maps);
+        let of_images = if scene.textures.is_empty() { 0.0 } else { on(&gpu(tier), DECODED) };
+        agree(&frame.maps, Tolerance { filter: tolerance.filter + of_images, ..tolerance });
         all.push(frame.counters);
     }
     all

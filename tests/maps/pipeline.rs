@@ -1,6 +1,7 @@
 //! The kernels against the CPU reference, and properties of a whole frame on the GPU.
 use crate::common::{
     TIERS, gpu, map_frame, map_frame_tiny,
+    rounding::{MIXED, on},
     scenes::{Chance, empty, light, material, particle, random_discs, triangle},
     tiers,
 };
@@ -21,9 +22,6 @@ use gobo_scene::Scene;
 const FILTER: f32 = 1.0 / 512.0;
 /// Light depths are `f32`; a few operations separate CPU reference and kernel.
 const DEPTH: f32 = 2e-6;
-/// Share of texels that rounding may decide, where a ray grazes an edge or an opacity equals 1/255.
-const GRAZED: f64 = 5e-5;
-
 /// Share of texels that differ by more than rounding.
 fn share_apart(a: &[ViewMaps], b: &[ViewMaps]) -> f64 {
     assert_eq!(a.len(), b.len());
@@ -103,7 +101,7 @@ fn assert_matches_reference(scene: &Scene) {
     for tier in TIERS {
         let frame = map_frame(tier, scene);
         let apart = share_apart(&frame.maps, &expected);
-        assert!(apart <= GRAZED, "{tier:?}: {apart} of the texels");
+        assert!(apart <= on(&gpu(tier), MIXED), "{tier:?}: {apart} of the texels");
         let near = |a: u64, b: u64| a.abs_diff(b) <= b / 1000;
         let counters = &frame.counters;
         assert!(near(counters.visible, counted.visible), "{tier:?} {counters:?} {counted:?}");
@@ -173,7 +171,7 @@ fn a_missing_caster_is_noticed() {
     let large = |p: &gobo::model::Particle| p.material == 0 && p.radius > 0.1 && p.color.w > 0.1;
     fewer.particles.remove(scene.particles.iter().position(large).expect("a large disc"));
     let frame = map_frame(Tier::Native, &fewer);
-    assert!(share_apart(&frame.maps, &cpu(&scene).0) > GRAZED);
+    assert!(share_apart(&frame.maps, &cpu(&scene).0) > on(&gpu(Tier::Native), MIXED));
 }
 
 #[test]
@@ -305,7 +303,7 @@ fn a_hundred_thousand_casters_on_one_tile() {
         for tier in TIERS {
             let frame = map_frame(tier, &scene);
             let apart = share_apart(&frame.maps, &expected);
-            assert!(apart <= GRAZED, "{tier:?}, alpha {alpha}: {apart}");
+            assert!(apart <= on(&gpu(tier), MIXED), "{tier:?}, alpha {alpha}: {apart}");
         }
     }
 }

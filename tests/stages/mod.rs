@@ -14,6 +14,7 @@ mod dither;
 mod edges;
 mod gaussian_tiles;
 mod host_shader;
+mod image_taps;
 mod inexact;
 mod levels_alone;
 mod light_points;

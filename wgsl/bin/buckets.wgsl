@@ -8,10 +8,9 @@ import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{rect_count, workgroup_number};
 import package::records::outline::{is_outlined, load_outline, outline_farthest, outlined_columns};
-import package::records::tile::tile_of;
 import package::scan::prefix::{SCAN_LANES, agreed};
 import choice::bucket::{put_tile, see};
-import choice::records::{rect_record, tile_words};
+import choice::records::{rect_record, tile_at};
 import choice::scan::prefix_sum;
 import choice::writes::write_pair;
 
@@ -146,7 +145,7 @@ fn bucket_sort(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let tile = workgroup_number(workgroup, workgroups);
-    let record = tile_of(tile_words(tile));
+    let record = tile_at(tile);
     let first = agreed(lane, record.first);
     let count = agreed(lane, record.end) - first;
     for (var begin = 0u; begin < count; begin += CHUNK) {

@@ -8,8 +8,8 @@ import package::bind::uniform::bin_params;
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{PART_DISPATCH, covers, workgroup_number};
 import package::records::outline::{is_outlined, is_within, load_outline};
-import package::records::tile::{Tile, tile_of};
-import choice::records::{key_record, rect_record, sorted_record, tile_words};
+import package::records::tile::Tile;
+import choice::records::{key_record, rect_record, sorted_record, tile_at};
 import choice::writes::write_pair;
 
 const LANES: u32 = 128u;
@@ -108,7 +108,7 @@ fn part_gather(
     let index = workgroup_number(workgroup, workgroups);
     let tile_id = dispatches[PART_DISPATCH].w + index;
     let count = tile_pairs[tile_id + 1u] - tile_pairs[tile_id];
-    let tile = tile_of(tile_words(index));
+    let tile = tile_at(index);
     let band = band_of(tile_id);
     let words = select(0u, (bin_params.footprint_count + 31u) / 32u, count > 0u);
     // Not constant, so that compilers do not unroll.

@@ -3,9 +3,9 @@
 import package::bind::changed::{counters, dispatches, merged_tiles, scattered_tiles, segments};
 import package::bind::uniform::{bin_params, views};
 import package::records::batch::{MERGED_DISPATCH, PARTED_DISPATCH, SEGMENT_DISPATCH};
-import package::records::tile::{FIRST_SEGMENT, LAST_SEGMENT, Segment, Tile, tile_record};
+import package::records::tile::{FIRST_SEGMENT, LAST_SEGMENT, Segment, Tile};
 import choice::records::pair_record;
-import choice::writes::write_tile_words;
+import choice::writes::write_tile;
 
 override WORKGROUP_SIZE: u32;
 
@@ -32,7 +32,7 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     let tile = id.x;
     if tile >= bin_params.tile_count || atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
         // The last run ends behind all tiles, or the tile is walked with its part: no workgroup finishes it.
-        write_tile_words(tile, vec4(0u, 0u, 1u, 0u));
+        write_tile(tile, Tile(0u, 0u, 1u, 0u, vec2(0u)));
         return;
     }
     record_tile(tile, tile, pair_range(tile));
@@ -54,12 +54,12 @@ fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
     let at = vec2(number % views[view].tiles_x, number / views[view].tiles_x);
     var record = Tile(range.x, range.y, 0u, view, at);
     if !merged {
-        write_tile_words(index, tile_record(record));
+        write_tile(index, record);
         return;
     }
     let slot = atomicAdd(&dispatches[4u * SEGMENT_DISPATCH + 3u], needed);
     record.merged = slot + 1u;
-    write_tile_words(index, tile_record(record));
+    write_tile(index, record);
     let merged_slot = atomicAdd(&dispatches[4u * MERGED_DISPATCH + 3u], 1u);
     merged_tiles[merged_slot] = index;
     raise_dispatch(MERGED_DISPATCH, merged_slot + 1u, 1u);

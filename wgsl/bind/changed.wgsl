@@ -4,14 +4,14 @@ import package::records::batch::{BatchCounters, BinParams, Chunk, ProjectParams}
 import package::records::emitter::GpuEmitted;
 import package::records::host::LoadedGroups;
 import package::records::record::{CasterRecord, FootprintRecord};
-import package::records::tile::Segment;
+import package::records::tile::{Segment, TileRecord};
 
 @group(0) @binding(33) var<storage, read_write> casters: array<CasterRecord>;
 @group(0) @binding(39) var<storage, read_write> footprints: array<FootprintRecord>;
 @group(0) @binding(46) var<storage, read_write> pairs: array<vec2<u32>>;
 @group(0) @binding(48) var<storage, read_write> rects: array<vec2<u32>>;
 @group(0) @binding(50) var<storage, read_write> setups: array<vec4<u32>>;
-@group(0) @binding(53) var<storage, read_write> tiles: array<vec4<u32>>;
+@group(0) @binding(53) var<storage, read_write> tiles: array<TileRecord>;
 @group(0) @binding(55) var<storage, read_write> histograms: array<u32>;
 @group(0) @binding(57) var<storage, read_write> keys: array<vec2<u32>>;
 @group(0) @binding(61) var<storage, read_write> sorted_pairs: array<vec2<u32>>;

@@ -4,7 +4,7 @@ import package::records::batch::Chunk;
 import package::records::emitter::GpuEmitted;
 import package::records::host::{Caster, Gaussian, HostGroup};
 import package::records::record::{CasterRecord, FootprintRecord};
-import package::records::tile::Segment;
+import package::records::tile::{Segment, TileRecord};
 
 @group(0) @binding(33) var<storage, read> casters: array<CasterRecord>;
 @group(0) @binding(39) var<storage, read> footprints: array<FootprintRecord>;
@@ -13,7 +13,7 @@ import package::records::tile::Segment;
 @group(0) @binding(50) var<storage, read> setups: array<vec4<u32>>;
 @group(0) @binding(55) var<storage, read> histograms: array<u32>;
 @group(0) @binding(56) var<storage, read> sorted: array<vec2<u32>>;
-@group(0) @binding(53) var<storage, read> tiles: array<vec4<u32>>;
+@group(0) @binding(53) var<storage, read> tiles: array<TileRecord>;
 @group(0) @binding(57) var<storage, read> keys: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read> chunks: array<Chunk>;
 @group(0) @binding(10) var<storage, read> counts: array<u32>;

@@ -8,9 +8,9 @@ import package::bind::uniform::{bin_params, views};
 import package::bind::updated::curve_pages;
 import package::curve::pages::{BLANK_PAGE, SHORT_PAGE};
 import package::records::batch::{PARTED_DISPATCH, PART_DISPATCH};
-import package::records::tile::{Tile, tile_number_of, tile_of};
+import package::records::tile::{Tile, tile_number_of};
 import package::records::view::TILE_SIZE;
-import choice::records::tile_words;
+import choice::records::tile_at;
 
 // Puts a page back. `free_pages` has the number of free pages, then these.
 fn put_back(page: u32) {
@@ -48,7 +48,7 @@ fn give_pages(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= tile_count() {
         return;
     }
-    let tile = tile_of(tile_words(id.x));
+    let tile = tile_at(id.x);
     if !has_casters(tile) {
         return;
     }
@@ -71,7 +71,7 @@ fn settle_pages(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= tile_count()) | (atomicLoad(&counters.short_tiles) == 0u) {
         return;
     }
-    let tile = tile_of(tile_words(id.x));
+    let tile = tile_at(id.x);
     let view = views[tile.view];
     let at = view.origin / TILE_SIZE + tile.position;
     let page = textureLoad(curve_pages, at, view.layer).x;

@@ -6,13 +6,13 @@ import package::records::batch::{
     MERGED_DISPATCH, OVERFLOW_DISPATCH, OVERFLOW_SLICES, SEGMENT_DISPATCH, workgroup_number,
 };
 import package::records::footprint::load_footprint;
-import package::records::tile::{Segment, Tile, segment_view, tile_number_of, tile_of};
+import package::records::tile::{Segment, Tile, segment_view, tile_number_of};
 import package::records::view::{GpuView, TILE_SIZE};
 import package::traversal::lane::{lane_texel, tile_texel};
 import choice::accumulator::{ROWS, start};
 import choice::order::tile_number;
 import choice::output::{add, before_segment, before_tile, resolve, store_segment, store_tile};
-import choice::records::{rect_record, tile_words};
+import choice::records::{rect_record, tile_at};
 import choice::tiles::walk_tiles;
 import choice::traversal::walk;
 
@@ -34,10 +34,6 @@ fn walk_tile(
     @builtin(local_invocation_index) lane: u32,
 ) {
     walk_tiles(tile_number(workgroup, workgroups), workgroup.z, workgroups.z, lane);
-}
-
-fn tile_at(number: u32) -> Tile {
-    return tile_of(tile_words(number));
 }
 
 // `in_tile`: the invocation's first texel.
@@ -126,7 +122,7 @@ fn resolve_tile(
     if slot >= dispatches[MERGED_DISPATCH].w {
         return;
     }
-    let tile = tile_of(tile_words(merged_tiles[slot]));
+    let tile = tile_at(merged_tiles[slot]);
     let view = views[tile.view];
     if SHARES == 1u {
         resolve(view, tile, tile_number_of(view, tile), share_texel(0u, lane));

@@ -75,9 +75,13 @@ fn level_size(size: vec2<f32>, level: i32) -> vec2<f32> {
     return vec2<f32>(max(vec2<u32>(size) >> vec2(u32(level)), vec2(1u)));
 }
 
+// Weight below which the last tap of an area is rounding alone.
+const LEAST_TAP: f32 = 1e-5;
+
 // Mean over the area that a sample sees: a parallelogram with the sides `right` and `down` [uv] around `uv`,
-// by taps along its longer side, each from the level whose texels are as large as its share ("Feline",
-// McCormack et al. 1999).
+// by taps along its longer side, each from the level whose texels are as large as the shorter one, or as a
+// tap's share of the longer one if that is more ("Feline", McCormack et al. 1999). The last tap has what is
+// left of the side: light has no step where another compiler's ratio needs one tap more.
 fn sample_area(
     images: texture_2d_array<f32>,
     layer: u32,
@@ -91,21 +95,24 @@ fn sample_area(
     let long = max(lengths.x, lengths.y);
     let short = min(lengths.x, lengths.y);
     let along = select(down, right, lengths.x >= lengths.y);
-    let taps = clamp(ceil(long / max(short, 1.0)), 1.0, f32(MAX_IMAGE_TAPS));
+    let ratio = clamp(long / max(short, 1.0), 1.0, f32(MAX_IMAGE_TAPS));
     let last = f32(firstLeadingBit(u32(max(size.x, size.y))));
-    let level = clamp(log2(long / taps), 0.0, last);
+    let level = clamp(log2(long / ratio), 0.0, last);
+    let of_tap = 1.0 / ratio;
     let low = i32(level);
     let part = level - f32(low);
     // A single call that samples: GPUs cache little code, and a pane has images of two kinds.
     let steps = select(1, 2, part > 0.0);
     var rgba = vec4(0.0);
-    for (var tap = 0.5; tap < taps; tap += 1.0) {
-        let at = uv + along * (tap / taps - 0.5);
+    let end = uv + 0.5 * along;
+    for (var left = 1.0; left > LEAST_TAP; left -= of_tap) {
+        let weight = min(left, of_tap);
+        let at = end - along * (left - 0.5 * weight);
         for (var step = 0; step < steps; step += 1) {
-            let share = select(part, 1.0 - part, step == 0);
+            let share = weight * select(part, 1.0 - part, step == 0);
             let at_level = level_size(size, low + step);
             rgba += share * sample_level(images, layer, at_level, at, low + step, shows_clear);
         }
     }
-    return Sampled(unweighted(rgba / taps, shows_clear), level);
+    return Sampled(unweighted(rgba, shows_clear), level);
 }

@@ -5,11 +5,12 @@ import package::bind::uniform::views;
 import package::bind::updated::{filters, nearests};
 import package::curve::node::packed_node;
 import package::curve::ray::{ROWS, Texel, corner};
-import package::entry::walk::{share_texel, tile_at, walk_tile_share};
+import package::entry::walk::{share_texel, walk_tile_share};
 import package::features::{NODES, unrolled};
 import package::records::batch::{PARTED_DISPATCH, workgroup_number};
 import package::records::view::{GpuView, TILE_SIZE};
 import choice::output::{is_blank, stays_empty, store_empty, store_nodes};
+import choice::records::tile_at;
 
 // Order of tiles for drivers that give each of two cores one half of the dispatch: runs of neighbours
 // alternate between the cores. (Runs, because consecutive stores to memory are many times faster.)

@@ -2,6 +2,7 @@
 
 import package::bind::read::{casters, footprints, histograms, keys, pairs, rects, setups, sorted, tiles};
 import package::records::record::{CasterRecord, FootprintRecord, TOTAL_ROW};
+import package::records::tile::{Tile, unpacked_tile};
 
 fn caster_record(index: u32) -> CasterRecord {
     return casters[index];
@@ -31,8 +32,8 @@ fn pair_record(index: u32) -> vec2<u32> {
     return pairs[index];
 }
 
-fn tile_words(index: u32) -> vec4<u32> {
-    return tiles[index];
+fn tile_at(index: u32) -> Tile {
+    return unpacked_tile(tiles[index]);
 }
 
 fn count_record(at: vec2<u32>) -> u32 {

@@ -4,6 +4,7 @@
 import package::bind::loaded::histograms;
 import package::bind::sampled::{casters, footprints, keys, pairs, rects, setups, sorted, tiles};
 import package::records::record::{CasterRecord, FootprintRecord, record_texel};
+import package::records::tile::{Tile, TileRecord, unpacked_tile};
 
 const CASTER_TEXELS: u32 = 2u;
 const FOOTPRINT_TEXELS: u32 = 2u;
@@ -46,9 +47,9 @@ fn pair_record(index: u32) -> vec2<u32> {
     return textureLoad(pairs, record_texel(index), 0).xy;
 }
 
-// Work of a tile (wgsl/records/tile.wgsl).
-fn tile_words(index: u32) -> vec4<u32> {
-    return textureLoad(tiles, record_texel(index), 0);
+fn tile_at(index: u32) -> Tile {
+    let words = textureLoad(tiles, record_texel(index), 0);
+    return unpacked_tile(TileRecord(words.x, words.y, words.z, words.w));
 }
 
 // Count of a digit in a partition of a sort, by column and row (src/stage/sort/mod.rs).

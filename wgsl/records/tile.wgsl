@@ -1,5 +1,5 @@
-// The work of one tile: four words of `tiles`, at the tile's index, or, in a part of the tiles, at its index
-// in the part. Rust: `TileRect` in src/records/footprint.rs; CPU reference:
+// The work of one tile: in `tiles` at the tile's index, or, in a part of the tiles, at its index in the part.
+// Rust: `TileRect` in src/records/footprint.rs; CPU reference:
 // crates/gobo-reference/src/project.rs.
 
 import package::records::view::{GpuView, TILE_SIZE};
@@ -12,19 +12,23 @@ struct Tile {
     position: vec2<u32>, // in the view's map [tiles]
 }
 
-// A batch has at most 64 views, a map at most 4,096 tiles along an edge.
-fn tile_record(tile: Tile) -> vec4<u32> {
-    return vec4(
-        tile.first,
-        tile.end,
-        tile.merged,
-        tile.view | (tile.position.x << 8u) | (tile.position.y << 20u),
-    );
+// A tile as stored.
+struct TileRecord {
+    first: u32,
+    end: u32,
+    merged: u32,
+    place: u32, // the view and the position
 }
 
-fn tile_of(record: vec4<u32>) -> Tile {
-    let position = vec2((record.w >> 8u) & 0xfffu, record.w >> 20u);
-    return Tile(record.x, record.y, record.z, record.w & 0xffu, position);
+// A batch has at most 64 views, a map at most 4,096 tiles along an edge.
+fn packed_tile(tile: Tile) -> TileRecord {
+    let place = tile.view | (tile.position.x << 8u) | (tile.position.y << 20u);
+    return TileRecord(tile.first, tile.end, tile.merged, place);
+}
+
+fn unpacked_tile(it: TileRecord) -> Tile {
+    let position = vec2((it.place >> 8u) & 0xfffu, it.place >> 20u);
+    return Tile(it.first, it.end, it.merged, it.place & 0xffu, position);
 }
 
 // Number of a tile in its batch.

@@ -4,6 +4,7 @@ import package::bind::changed::{
     clipped_rects, footprints, histograms, keys, pairs, rects, setups, sorted_pairs, tiles,
 };
 import package::records::record::{FootprintRecord, TOTAL_ROW};
+import package::records::tile::{Tile, packed_tile};
 
 fn write_footprint(index: u32, footprint: FootprintRecord) {
     footprints[index] = footprint;
@@ -33,8 +34,8 @@ fn write_sorted_pair(index: u32, pair: vec2<u32>) {
     sorted_pairs[index] = pair;
 }
 
-fn write_tile_words(index: u32, words: vec4<u32>) {
-    tiles[index] = words;
+fn write_tile(index: u32, tile: Tile) {
+    tiles[index] = packed_tile(tile);
 }
 
 fn histogram_index(at: vec2<u32>) -> u32 {

@@ -6,6 +6,7 @@ import package::bind::stored::{
 import package::bind::updated::histograms;
 import package::records::in_textures::FOOTPRINT_TEXELS;
 import package::records::record::{FootprintRecord, record_texel};
+import package::records::tile::{Tile, packed_tile};
 
 fn write_footprint(index: u32, footprint: FootprintRecord) {
     let at = FOOTPRINT_TEXELS * index;
@@ -37,8 +38,9 @@ fn write_sorted_pair(index: u32, pair: vec2<u32>) {
     textureStore(sorted_pairs, record_texel(index), vec4(pair, 0u, 0u));
 }
 
-fn write_tile_words(index: u32, words: vec4<u32>) {
-    textureStore(tiles, record_texel(index), words);
+fn write_tile(index: u32, tile: Tile) {
+    let it = packed_tile(tile);
+    textureStore(tiles, record_texel(index), vec4(it.first, it.end, it.merged, it.place));
 }
 
 fn write_count(at: vec2<u32>, count: u32) {

@@ -4,7 +4,7 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 use gobo::{
     model::Texture,
     records::{
-        CLEAR_WEIGHT, ImageLevel, MAX_IMAGE_TAPS, image_level_count, image_level_size,
+        CLEAR_WEIGHT, ImageLevel, LEAST_TAP, MAX_IMAGE_TAPS, image_level_count, image_level_size,
         image_levels, linear_from_srgb,
     },
 };
@@ -74,8 +74,9 @@ impl<'a> Image<'a> {
     }
 
     /// Mean over the footprint of a sample: a parallelogram of the sides `right` and `down` \[uv\] around
-    /// `uv`, by taps along the longer side, each from the mip level whose texels have the size of its share
-    /// ("Feline", 1999).
+    /// `uv`, by taps along the longer side, each from the mip level whose texels have the size of the shorter
+    /// one, or of a tap's share of the longer one if that is more ("Feline", 1999). The last tap has what is
+    /// left of the side.
     pub fn sample_area(&self, uv: Vec2, right: Vec2, down: Vec2, shows_clear: bool) -> Sampled {
         let size = self.size().as_vec2();
         let lengths = [(right * size).length(), (down * size).length()];
@@ -83,20 +84,23 @@ impl<'a> Image<'a> {
         let long = lengths[0].max(lengths[1]);
         let short = lengths[0].min(lengths[1]);
         let along = if is_right { right } else { down };
-        let taps = (long / short.max(1.0)).ceil().clamp(1.0, MAX_IMAGE_TAPS as f32);
+        let ratio = (long / short.max(1.0)).clamp(1.0, MAX_IMAGE_TAPS as f32);
         let last = (image_level_count(self.size()) - 1) as f32;
-        let level = (long / taps).log2().clamp(0.0, last);
+        let level = (long / ratio).log2().clamp(0.0, last);
         let (low, part) = (level as u32, level.fract());
         let mut rgba = Vec4::ZERO;
-        for tap in 0..taps as u32 {
-            let at = uv + along * ((tap as f32 + 0.5) / taps - 0.5);
+        let (end, of_tap, mut left) = (uv + 0.5 * along, 1.0 / ratio, 1.0_f32);
+        while left > LEAST_TAP {
+            let weight = left.min(of_tap);
+            let at = end - along * (left - 0.5 * weight);
             let mut texel = self.sample_level(at, low, shows_clear);
             if part > 0.0 {
                 texel = texel.lerp(self.sample_level(at, low + 1, shows_clear), part);
             }
-            rgba += texel;
+            rgba += weight * texel;
+            left -= of_tap;
         }
-        Sampled { rgba: unweighted(rgba / taps, shows_clear), level }
+        Sampled { rgba: unweighted(rgba, shows_clear), level }
     }
 }
 

@@ -4,7 +4,7 @@
 use crate::{
     Failure,
     manifest::Case,
-    traffic::{Traffic, traffic},
+    traffic::{Traffic, traffic, visit},
 };
 use ash::{khr::pipeline_executable_properties as properties, vk};
 use std::{path::Path, time::Duration};
@@ -24,6 +24,8 @@ pub struct Needs {
     /// Machine code [bytes].
     pub code: u64,
     pub traffic: Traffic,
+    /// Instructions of a walk with which a wave visits a caster.
+    pub visit: Option<u64>,
     /// Time of the compiler on a core [s].
     pub seconds: f64,
 }
@@ -137,6 +139,7 @@ impl Compiler {
             instructions: named("Instructions")?,
             code: named("Code size")?,
             traffic: traffic(&assembly),
+            visit: visit(&assembly),
             seconds,
         })
     }

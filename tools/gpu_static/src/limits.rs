@@ -28,8 +28,14 @@ pub struct Limit {
     /// [bytes]
     pub code: Option<u64>,
     pub seconds: Option<f64>,
-    /// That a lane writes to textures [bytes], as `Traffic` counts.
+    /// That a lane reads [bytes], as `Traffic` counts.
+    pub read: Option<u64>,
+    /// That a lane writes to buffers [bytes].
+    pub buffers: Option<u64>,
+    /// That a lane writes to textures [bytes].
     pub textures: Option<u64>,
+    /// Instructions of a visit.
+    pub visit: Option<u64>,
 }
 
 #[derive(Clone, Deserialize)]
@@ -64,20 +70,27 @@ impl Limit {
             lds: other.lds.or(self.lds),
             code: other.code.or(self.code),
             seconds: other.seconds.or(self.seconds),
+            read: other.read.or(self.read),
+            buffers: other.buffers.or(self.buffers),
             textures: other.textures.or(self.textures),
+            visit: other.visit.or(self.visit),
         }
     }
 
     /// Name, value and limit of each quantity.
-    fn beside(self, needs: &Needs) -> [(&'static str, f64, Option<f64>); 6] {
+    fn beside(self, needs: &Needs) -> [(&'static str, f64, Option<f64>); 9] {
         let whole = |limit: Option<u64>| limit.map(|limit| limit as f64);
+        let traffic = needs.traffic;
         [
             ("vgprs", needs.vgprs as f64, whole(self.vgprs)),
             ("spilled", needs.spilled as f64, whole(self.spilled)),
             ("lds", needs.lds as f64, whole(self.lds)),
             ("code", needs.code as f64, whole(self.code)),
             ("seconds", needs.seconds, self.seconds),
-            ("textures", needs.traffic.to_textures as f64, whole(self.textures)),
+            ("read", traffic.read as f64, whole(self.read)),
+            ("buffers", traffic.to_buffers as f64, whole(self.buffers)),
+            ("textures", traffic.to_textures as f64, whole(self.textures)),
+            ("visit", needs.visit.unwrap_or_default() as f64, whole(self.visit)),
         ]
     }
 }
@@ -121,11 +134,12 @@ mod tests {
         instructions: 9,
         code: 50,
         traffic: Traffic { read: 16, to_buffers: 8, to_textures: 4 },
+        visit: Some(7),
         seconds: 1.0,
     };
 
     const LIMITS: &str = "unused = []\nseldom = []\nscenes = []\n\
-        smaller = [{ kernels = [\"curve\"], gpu = \"a\", limit = { vgprs = 96, textures = 0 } }]\n\
+        smaller = [{ kernels = [\"curve\"], gpu = \"a\", limit = { vgprs = 96, read = 15, buffers = 7, textures = 0, visit = 6 } }]\n\
         [gpus.a]\nvgprs = 112\nspilled = 0\nlds = 0\ncode = 60\nseconds = 4.0\n";
 
     #[test]
@@ -138,7 +152,10 @@ mod tests {
             [
                 "a: curve: vgprs 100, of 96 at most",
                 "a: curve: spilled 3, of 0 at most",
-                "a: curve: textures 4, of 0 at most"
+                "a: curve: read 16, of 15 at most",
+                "a: curve: buffers 8, of 7 at most",
+                "a: curve: textures 4, of 0 at most",
+                "a: curve: visit 7, of 6 at most"
             ]
         );
         let slow = Needs { seconds: 4.5, code: 61, lds: 1, spilled: 0, ..NEEDS };

@@ -1,6 +1,6 @@
-//! What kernels need on GPUs that are not here: registers, spills, workgroup memory, waves, code, and the bytes that a
-//! lane moves. Compiles what `gobo export --target spirv` wrote with RADV's null hardware, prints a table and fails
-//! where a kernel exceeds `limits.toml`.
+//! What kernels need on GPUs that are not here: registers, spills, workgroup memory, waves, code, instructions of a
+//! visit, and the bytes that a lane moves. Compiles what `gobo export --target spirv` wrote with RADV's null hardware,
+//! prints a table and fails where a kernel exceeds `limits.toml`.
 //!
 //! `gpu-static DIR [--all | --here]`, or `make gpu-static` in the repository. `--all`: also kernels that few scenes use on
 //! GPUs. `--here`: compiles with this machine's own driver, and prints what that says of each kernel.
@@ -15,6 +15,7 @@ use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
     process::{Child, Command, ExitCode, Stdio},
+    sync::atomic::{AtomicUsize, Ordering},
 };
 use traffic::Traffic;
 
@@ -108,13 +109,26 @@ fn print_statistics(dir: &Path, limits: &Limits, all: bool) -> Result<(), Failur
         return Ok(());
     };
     println!("{} kernels on {}", cases.len(), compiler.name);
-    for case in cases {
-        let Said { statistics, seconds, .. } =
-            compiler.compiled(dir, &case).map_err(|error| format!("{}: {error}", case.id))?;
-        let said: Vec<_> =
-            statistics.iter().map(|(name, value)| format!("{name} {value}")).collect();
-        println!("{}: {}, {seconds:.2} s", case.id, said.join(", "));
-    }
+    let next = AtomicUsize::new(0);
+    // Drivers compile on the caller's thread, and a pack has little time.
+    let work = || -> Result<(), String> {
+        while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let Said { statistics, seconds, .. } =
+                compiler.compiled(dir, case).map_err(|error| format!("{}: {error}", case.id))?;
+            let said: Vec<_> =
+                statistics.iter().map(|(name, value)| format!("{name} {value}")).collect();
+            println!("{}: {}, {seconds:.2} s", case.id, said.join(", "));
+        }
+        Ok(())
+    };
+    let cores = std::thread::available_parallelism()?.get();
+    std::thread::scope(|scope| {
+        let all: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        all.into_iter().try_for_each(|one| match one.join() {
+            Ok(done) => done,
+            Err(_) => Err("a thread that compiles panicked".to_owned()),
+        })
+    })?;
     Ok(())
 }
 
@@ -148,14 +162,19 @@ fn finish(gpu: &str, child: Child) -> Result<BTreeMap<String, Needs>, Failure> {
 }
 
 fn print_table(gpu: &str, needs: &BTreeMap<String, Needs>) {
-    let names =
-        ["VGPRs", "spilled", "LDS", "waves", "instr.", "bytes", "read", "buffers", "textures", "s"];
+    let names = [
+        "VGPRs", "spilled", "LDS", "waves", "instr.", "visit", "bytes", "read", "buffers",
+        "textures", "s",
+    ];
     println!("{gpu:44}{}", names.map(|name| format!("{name:>9}")).concat());
     for (kernel, it) in needs {
         let Traffic { read, to_buffers, to_textures } = it.traffic;
-        let whole = [it.vgprs, it.spilled, it.lds, it.waves, it.instructions, it.code];
-        let whole = whole.into_iter().chain([read, to_buffers, to_textures]);
-        let cells: String = whole.map(|n| format!("{n:>9}")).collect();
+        let visit = it.visit.map_or_else(|| "-".to_owned(), |visit| visit.to_string());
+        let before = [it.vgprs, it.spilled, it.lds, it.waves, it.instructions];
+        let since = [it.code, read, to_buffers, to_textures];
+        let [before, since] = [&before[..], &since].map(|cells| cells.iter().map(u64::to_string));
+        let cells: String =
+            before.chain([visit]).chain(since).map(|cell| format!("{cell:>9}")).collect();
         println!("{kernel:44}{cells}{:>9.2}", it.seconds);
     }
 }

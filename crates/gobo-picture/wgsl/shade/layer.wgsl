@@ -10,10 +10,9 @@ import package::hit::hit::{Hit, passed_share};
 import package::records::material::{
     GpuMaterial, MAX_GAIN, TRANSFER_GAIN, TRANSFER_OVER, TRANSFER_SMOKE, shows_color,
 };
-import package::records::tile::tile_of;
 import package::shade::band::{PIXELS_OF_TILE, indexed_pixel};
 import package::shade::shading::{Gloss, mirrored_sky};
-import choice::records::tile_words;
+import choice::records::tile_at;
 
 const LAYER_TEXELS: u32 = 5u;
 
@@ -86,7 +85,7 @@ fn shade_layered(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = indexed_pixel(number * PIXELS_OF_TILE, views[0].tiles_x);
-    let tile = tile_of(tile_words(at.tile));
+    let tile = tile_at(at.tile);
     if tile.first < tile.end {
         let slot = atomicAdd(&layered_tiles[0], 1u);
         atomicStore(&layered_tiles[LAYERED_HEAD + slot], number);

@@ -9,14 +9,13 @@ import package::features::{COUNT_COST, HAS_AIR, HAS_LAYERS, HAS_PANES};
 import package::records::light::cluster_list;
 import package::records::point::{POINT_NONE, load_point};
 import package::records::record::record_texel;
-import package::records::tile::tile_of;
 import package::shade::air::air_at;
 import package::shade::band::band_pixel;
 import package::shade::layer::{LAYER_TEXELS, NOWHERE, pane_of};
 import package::shade::tone::on_screen;
 import package::traversal::lane::LANES;
 import choice::ambient::{IS_LAST, keep_ambient};
-import choice::records::tile_words;
+import choice::records::tile_at;
 import choice::refraction::{REFRACTS, keep_behind, keep_bend, keep_straight};
 
 fn light_of(point: u32) -> vec3<f32> {
@@ -59,7 +58,7 @@ fn shade_composite(
     var nearest = NOWHERE;
     var is_bent = false;
     // A tile without translucent casters has no layers.
-    let tile = tile_of(tile_words(at.tile));
+    let tile = tile_at(at.tile);
     if HAS_LAYERS && tile.first < tile.end {
         let first = at.index * LAYER_TEXELS;
         let front = textureLoad(layers, record_texel(first), 0);

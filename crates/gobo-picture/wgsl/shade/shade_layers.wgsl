@@ -8,13 +8,12 @@ import package::bind::picture_in::{band, layered_tiles, seen_pixels};
 import package::bind::picture_out::{carried, layers};
 import package::features::{HAS_REFRACTION, HAS_TRIANGLES, HAS_VOLUMES};
 import package::records::record::record_texel;
-import package::records::tile::tile_of;
 import package::shade::band::{ROUND_LENGTH, tile_pixel};
 import package::shade::bend::{aside, bent, bent_by, blur_square, entered};
 import package::shade::camera::{camera, inside, reached, walked};
 import package::shade::layer::{LAYERED_HEAD, LAYER_TEXELS};
 import package::traversal::lane::LANES;
-import choice::records::tile_words;
+import choice::records::tile_at;
 import choice::traversal::walk;
 
 const CARRIED: u32 = 6u; // records of a pixel
@@ -70,7 +69,7 @@ fn shade_layers(
 ) {
     let view = camera();
     let at = tile_pixel(layered_tiles[LAYERED_HEAD + workgroup.x], lane, view.tiles_x);
-    let tile = tile_of(tile_words(at.tile));
+    let tile = tile_at(at.tile);
     let first = tile.first + band.round * ROUND_LENGTH;
     let goes_on = first > tile.first;
     if goes_on && first >= tile.end {

@@ -7,12 +7,11 @@ import package::accumulator::seen::{nearest, seen, seen_setup, start};
 import package::bind::picture_in::band;
 import package::bind::picture_out::{carried, seen_pixels};
 import package::records::record::record_texel;
-import package::records::tile::tile_of;
 import package::shade::band::{ROUND_LENGTH, band_pixel};
 import package::shade::camera::{camera, walked};
 import package::shade::points::empty_lists;
 import package::traversal::lane::LANES;
-import choice::records::tile_words;
+import choice::records::tile_at;
 import choice::traversal::walk;
 
 @compute @workgroup_size(LANES)
@@ -26,7 +25,7 @@ fn shade_seen(
     if at.index == 0u {
         empty_lists();
     }
-    let tile = tile_of(tile_words(at.tile));
+    let tile = tile_at(at.tile);
     let first = tile.first + band.round * ROUND_LENGTH;
     let goes_on = first > tile.first;
     if goes_on && first >= tile.end {
