@@ -72,7 +72,7 @@ fn sums_are_made_in_tiles() {
             let mut renderer = Renderer::on(gpu(tier)).unwrap();
             renderer.configure(|config| config.toggles.parts = parts);
             let few = summed(renderer, &crowded);
-            assert_eq!(few.counters.overflowed == 0, parts);
+            assert!(few.counters.overflowed > 0, "all pairs fit");
             for (few, all) in few.maps.iter().zip(&frame.maps) {
                 let is_same = |(few, all): (&[u32; 4], &[u32; 4])| {
                     let is = |i: usize| few[i].min(SATURATED) == all[i].min(SATURATED);
