@@ -162,7 +162,7 @@ const BOXED: &str = r#"{"version": 1, "count": 84, "counts": [64, 16, 4], "lodLe
 #[test]
 fn texels_choose_the_level() {
     let folder = Folder::new();
-    let many: Vec<Stored> = SPLATS.iter().cycle().take(64).cloned().collect();
+    let many: Vec<Stored> = SPLATS.iter().cycle().take(64).copied().collect();
     write_sog(&folder.0.join("0_0"), &many);
     folder.write("lod-meta.json", BOXED);
     let chosen = |map: u32, light: u32, picture: u32, words: &str| {
