@@ -150,8 +150,8 @@ fn the_budget_takes_a_coarser_level() {
     assert!(text.contains("40000002 splats") && text.contains("coarser level"), "{text}");
 }
 
-/// A box whose second-longest side is 2, with one region whose largest face is 1/4 x 1/4: levels of 64, 16 and
-/// 4 splats are 1/32, 1/16 and 1/8 apart.
+/// A box whose second-longest side is 2, with one region whose largest face is 1/4 x 1/4: levels of 64, 16
+/// and 4 splats are 1/32, 1/16 and 1/8 apart.
 const BOXED: &str = r#"{"version": 1, "count": 84, "counts": [64, 16, 4], "lodLevels": 3,
 "filenames": ["0_0/meta.json"], "tree": {"bound": {"min": [-1, 0, 3], "max": [2, 1, 5]}, "children": [
 {"bound": {"min": [0, 0, 3], "max": [0.25, 0.125, 3.25]}, "lods": {"0": {"file": 0, "offset": 0, "count": 64},

@@ -31,7 +31,7 @@ fn visit(view: GpuView, id: u32, footprint: Footprint) {
         let total = totals[i];
         let added = addend(footprint, faced_hit(view, footprint, faced, at, ends[i]), ends[i]);
         // A saturated sum is black whatever is added, and would wrap.
-        let full = total.xyz >= vec3(SATURATED) & vec3(!HAS_GAIN);
+        let full = (total.xyz >= vec3(SATURATED)) & vec3(!HAS_GAIN);
         totals[i] = vec4(total.xyz + select(added.xyz, vec3(0u), full), max(total.w, added.w));
     }
 }

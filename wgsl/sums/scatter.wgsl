@@ -61,7 +61,8 @@ fn spread(id: u32) -> vec3<f32> {
     return vec3(unit_float(turn), unit_float(turn + 0x55555555u), unit_float(turn + 0xaaaaaaaau));
 }
 
-// What a hit adds to the sums of a texel: optical depth per channel, and nearness; 0 behind the opaque surface.
+// Addend of a hit to the sums of a texel: optical depth per channel, and nearness; 0 behind the opaque
+// surface.
 fn addend(footprint: Footprint, hit: Hit, opaque_depth: f32) -> vec4<u32> {
     if !(hit.depth >= 0.0 && hit.depth < opaque_depth) {
         return vec4(0u);

@@ -47,7 +47,7 @@ use std::path::{Path, PathBuf};
 pub struct Detail {
     /// Level that is asked for; 0 is the finest.
     pub lod: Option<u32>,
-    /// Texels of a map, or pixels of a picture, along the splats: finer levels than they resolve are not read.
+    /// Texels of a map, or pixels of a picture, along the splats: levels finer than both are not read.
     pub across: u32,
 }
 

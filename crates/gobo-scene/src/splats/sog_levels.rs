@@ -45,7 +45,7 @@ impl LevelsMeta {
 #[derive(Deserialize)]
 struct LevelNode {
     #[serde(default)]
-    bound: Bound,
+    bound: RegionBox,
     #[serde(default)]
     children: Vec<Self>,
     /// Runs by level.
@@ -56,12 +56,12 @@ struct LevelNode {
 /// Box around a region, in the file's units; empty where the file gives none.
 #[derive(Default, Deserialize)]
 #[serde(default)]
-struct Bound {
+struct RegionBox {
     min: Vec<f64>,
     max: Vec<f64>,
 }
 
-impl Bound {
+impl RegionBox {
     /// Its sides, ascending.
     fn sides(&self) -> Option<[f64; 3]> {
         let (min, max): ([f64; 3], [f64; 3]) =
