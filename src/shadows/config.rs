@@ -24,8 +24,8 @@ pub struct Toggles {
     /// Whether filtering lists with more pairs than fit are walked in parts of their tiles; otherwise the
     /// casters that do not fit are scattered.
     pub parts: bool,
-    /// Whether all filtering casters are scattered, and their sums kept ([`Maps::sums`](super::Maps::sums))
-    /// instead of filters, to merge the maps of shares of the casters.
+    /// Whether the sums of filtering casters are kept ([`Maps::sums`](super::Maps::sums)) instead of filters,
+    /// to merge the maps of shares of the casters.
     pub sums: bool,
     /// Whether tiny particles are scattered: the tuning's value at first.
     pub scatter_tiny: bool,

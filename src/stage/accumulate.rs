@@ -46,6 +46,9 @@ pub(super) const MAPS: Choice = Choice::new("output", "accumulator/maps.wgsl");
 /// Replaces [`MAPS`] where segments are composed one by one.
 pub(super) const ORDERED_MAPS: Choice = Choice::new("output", "accumulator/ordered.wgsl");
 const STORED: Choice = Choice::new("maps", "choices.wgsl");
+/// State of the texels of a lane where sums are kept.
+pub(super) const SUMMED: Choice = Choice::new("accumulator", "accumulator/summed.wgsl");
+pub(super) const KEPT_SUMS: Choice = Choice::new("output", "sums/kept.wgsl");
 
 /// Filters of tiles that are one segment.
 pub const TILES: KernelDesc =
@@ -94,6 +97,22 @@ pub const SPLAT_SEGMENTS: KernelDesc = KernelDesc {
     name: "accumulate_splat_segments",
     with: &[PLAIN, SPLATS, MAPS, PLAIN_LANE_CASTER],
     ..DISC_SEGMENTS
+};
+
+/// Sums of tiles that are one segment.
+pub const SUM_TILES: KernelDesc =
+    walk::tiles("accumulate_sum_tiles", &[SUMMED, INVOCATION_ROWS, KEPT_SUMS]);
+
+/// Sums of segments of longer tiles.
+pub const SUM_SEGMENTS: KernelDesc =
+    walk::segments("accumulate_sum_segments", &[SUMMED, INVOCATION_ROWS, KEPT_SUMS]);
+
+/// Kernels for casters whose sums are kept, of any kind but composed ones.
+pub const SUM_KERNELS: WalkKernels = WalkKernels {
+    tiles: &SUM_TILES,
+    segments: &SUM_SEGMENTS,
+    overflow: &OVERFLOW,
+    resolve: &resolve::SUMS_ALONE,
 };
 
 /// Kernels for casters that filter light.

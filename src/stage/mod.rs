@@ -118,6 +118,8 @@ pub const KERNELS: &[&KernelDesc] = &[
     &accumulate::DISC_SEGMENTS,
     &accumulate::SPLAT_TILES,
     &accumulate::SPLAT_SEGMENTS,
+    &accumulate::SUM_TILES,
+    &accumulate::SUM_SEGMENTS,
     &llvmpipe::DISC_QUEUE_TILES,
     &llvmpipe::DISC_QUEUE_SEGMENTS,
     &llvmpipe::SPLAT_QUEUE_TILES,

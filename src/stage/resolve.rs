@@ -1,13 +1,11 @@
 //! resolve: sums to filter, nearest and opaque depth, for tiles that several workgroups or the scatter path
 //! added to.
 use super::{
-    accumulate::{FILTER, MAPS, ORDERED_MAPS},
+    accumulate::{FILTER, KEPT_SUMS, MAPS, ORDERED_MAPS, SUMMED},
     occlude::{DEPTH, DEPTHS},
     walk::{self, INVOCATION_ROWS},
 };
-use crate::gpu::{Choice, KernelDesc};
-
-const KEPT_SUMS: Choice = Choice::new("output", "sums/scatter.wgsl");
+use crate::gpu::KernelDesc;
 
 /// Filters of tiles that several workgroups added to.
 pub const TILES: KernelDesc = walk::resolve("resolve_tiles", &[FILTER, INVOCATION_ROWS, MAPS]);
@@ -20,7 +18,7 @@ pub const ORDERED: KernelDesc = KernelDesc {
 
 /// Replaces both where the sums themselves are kept.
 pub const SUMS_ALONE: KernelDesc =
-    walk::resolve("resolve_sums", &[FILTER, INVOCATION_ROWS, KEPT_SUMS]);
+    walk::resolve("resolve_sums", &[SUMMED, INVOCATION_ROWS, KEPT_SUMS]);
 
 /// Opaque depths of tiles that several workgroups added to.
 pub const OPAQUE: KernelDesc = walk::resolve("resolve_opaque", &[DEPTH, INVOCATION_ROWS, DEPTHS]);

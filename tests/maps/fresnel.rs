@@ -170,6 +170,33 @@ fn without_an_index_nothing_is_reflected() {
     }
 }
 
+/// Maps with curves and pictures of every transfer: `ior = 1` mirrors nothing and takes no other branch.
+#[test]
+fn an_index_of_one_changes_no_bit() {
+    for transfer in ["filter", "over", "stain", "gain", "opaque", "dither"] {
+        let scenes = ["", "ior = 1"].map(|ior| {
+            let keys = format!("transfer = '{transfer}'\ntint = [0.9, 0.5, 0.2, 0.6]\n{ior}");
+            let mut scene = lit(60.0, &keys, SHEET);
+            scene.camera.size = [32, 32].into();
+            scene.shadow.size = 64;
+            scene
+        });
+        let [without, one] = scenes.each_ref().map(|scene| render(Tier::Native, scene));
+        let [a, b] = [&without.maps[0], &one.maps[0]];
+        assert!(
+            a.filter == b.filter && a.nearest == b.nearest && a.opaque == b.opaque,
+            "{transfer}"
+        );
+        assert!(a.curve == b.curve && without.picture.light == one.picture.light, "{transfer}");
+        assert!(
+            a.opaque.iter().chain(&a.nearest).any(|depth| *depth < 1.0),
+            "{transfer}: no shadow"
+        );
+        let [without, one] = scenes.each_ref().map(reference_picture);
+        assert!(without.light == one.light, "{transfer}: of the CPU reference");
+    }
+}
+
 /// The eye sees through a pane the light that the pane does not mirror at the eye's angle, and the picture
 /// loses no light twice.
 #[test]

@@ -46,6 +46,7 @@ mod round_strands;
 mod round_triangles;
 mod strand_modes;
 mod strands;
+mod summed;
 mod textured;
 mod thin;
 mod tiers;

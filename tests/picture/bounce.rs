@@ -154,3 +154,25 @@ fn bounces_without_maps_or_without_room_are_refused() {
     let two = format!("{sun}bounce = 32\n{lamp}name = 'lamp'\nbounce = 1\n");
     assert!(error(&two).contains("1030 points that send light on"), "{}", error(&two));
 }
+
+fn bits(pictures: &[Picture]) -> Vec<Vec<[u32; 3]>> {
+    let of =
+        |picture: &Picture| picture.light.iter().map(|light| light.map(f32::to_bits)).collect();
+    pictures.iter().map(of).collect()
+}
+
+#[test]
+fn a_bounce_is_the_same_each_time_and_none_changes_no_bit() {
+    let lamp = "kind = 'point'\nposition = [1, 1.5, 0]\nintensity = 2\nsize = 64\n";
+    for light in [SUN, lamp] {
+        let of = |keys: &str| bits(&pictures(&beside_a_wall(&format!("{light}{keys}"))));
+        let with = of("bounce = 8");
+        assert!(with == of("bounce = 8"), "not the same bits twice: {light}");
+        let without = of("");
+        assert!(without == of("bounce = 0"), "bounce = 0 changes bits: {light}");
+        assert!(
+            with.iter().zip(&without).all(|(with, without)| with != without),
+            "no bounce: {light}"
+        );
+    }
+}

@@ -150,6 +150,58 @@ fn the_budget_takes_a_coarser_level() {
     assert!(text.contains("40000002 splats") && text.contains("coarser level"), "{text}");
 }
 
+/// A box whose second-longest side is 2, with one region whose largest face is 1/4 x 1/4: levels of 64, 16
+/// and 4 splats are 1/32, 1/16 and 1/8 apart.
+const BOXED: &str = r#"{"version": 1, "count": 84, "counts": [64, 16, 4], "lodLevels": 3,
+"filenames": ["0_0/meta.json"], "tree": {"bound": {"min": [-1, 0, 3], "max": [2, 1, 5]}, "children": [
+{"bound": {"min": [0, 0, 3], "max": [0.25, 0.125, 3.25]}, "lods": {"0": {"file": 0, "offset": 0, "count": 64},
+"1": {"file": 0, "offset": 0, "count": 16}, "2": {"file": 0, "offset": 0, "count": 4}}}]}}"#;
+
+/// Without a key, the coarsest level whose splats are no farther apart than texels of the largest map, or
+/// pixels where those are more.
+#[test]
+fn texels_choose_the_level() {
+    let folder = Folder::new();
+    let many: Vec<Stored> = SPLATS.iter().cycle().take(64).copied().collect();
+    write_sog(&folder.0.join("0_0"), &many);
+    folder.write("lod-meta.json", BOXED);
+    let chosen = |map: u32, light: u32, picture: u32, words: &str| {
+        let scene = scene::load(&folder.write(
+            "s.toml",
+            format!(
+                "[shadow]\nsize = {map}\n[camera]\nsize = [4, {picture}]\n\
+                 [[light]]\nkind = 'directional'\ndirection = [0, -1, 0]\nsize = {light}\n\
+                 [[splats]]\nfile = 'lod-meta.json'\n"
+            ),
+        ));
+        let notes = scene.unwrap().notes.join("; ");
+        assert!(notes.contains(words), "{map}, {light}, {picture}: {notes}");
+    };
+    let coarsest = "level 2 of detail of 0 to 2 is read, with 4 splats of 64, the coarsest whose splats are no \
+                    farther apart than 1/16 of its extent";
+    chosen(16, 16, 16, coarsest);
+    for (map, light, picture) in [(17, 16, 16), (16, 32, 16), (16, 16, 32)] {
+        chosen(map, light, picture, "level 1 of detail of 0 to 2 is read, with 16 splats of 64");
+    }
+    for (map, light, picture) in [(33, 16, 16), (16, 64, 16), (16, 16, 64)] {
+        chosen(
+            map,
+            light,
+            picture,
+            "level 0 of detail of 0 to 2 is read, with 64 splats of 64, the coarsest",
+        );
+    }
+    chosen(65, 16, 16, "the finest: its splats are farther apart than 1/65 of its extent");
+    // A level that some regions lack leaves holes.
+    let region = "\"2\": {\"file\": 0, \"offset\": 0, \"count\": 4}}}";
+    let holed = format!(
+        "{region}, {{\"lods\": {{\"0\": {{\"file\": 0, \"offset\": 0, \"count\": 0}}, \
+                         \"1\": {{\"file\": 0, \"offset\": 0, \"count\": 0}}}}}}"
+    );
+    folder.write("lod-meta.json", BOXED.replace(region, &holed));
+    chosen(16, 16, 16, "level 1 of detail");
+}
+
 #[test]
 fn trees_that_lie_are_refused() {
     for (from, to, words) in [

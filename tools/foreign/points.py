@@ -27,9 +27,12 @@ def linear(bytes_of):
     return numpy.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
 
 
-def compare(name, program, places, colors, offset=(0, 0, 0), limit=0.002):
-    """Discs as a sun from above sees them: the colour and depth of each, and light elsewhere."""
-    path = scene("points_" + name.replace(".", "_"), f"""
+def compare(name, program, places, colors, offset=(0, 0, 0), limit=0.002, alpha=1.0, more="", what=""):
+    """Discs as a sun from above sees them: the colour and depth of each, and light elsewhere.
+
+    `colors`: bytes of sRGB, or linear floats; `alpha`: of each disc; `more`: keys of the table.
+    """
+    path = scene("_".join(["points", *name.split("."), *what.split()]), f"""
 [[material]]
 name = "m"
 transfer = "filter"
@@ -38,6 +41,7 @@ radius = 0.3
 [[particles]]
 file = "{name}"
 material = "m"
+{more}
 [[light]]
 name = "sun"
 kind = "directional"
@@ -55,8 +59,10 @@ receiver = "nearest"
     texel = abs(points[0, 1] - points[0, 0]).max()
     inside, outside = distance < 0.3 - texel, distance > 0.3 + texel
     light = arrays["filter"]
-    truth = linear(colors)[disc]
-    row(BULLET, name, program, "colour in the discs", numpy.abs(light - truth)[inside].max(), limit)
+    shown = linear(colors) if numpy.issubdtype(colors.dtype, numpy.integer) else colors
+    alphas = numpy.broadcast_to(alpha, len(places))[disc][..., None]
+    truth = 1 - alphas * (1 - shown[disc])
+    row(BULLET, name, program, f"colour in the discs {what}".rstrip(), numpy.abs(light - truth)[inside].max(), limit)
     row(BULLET, name, program, "shadow beside them", numpy.abs(light - 1)[outside].max(), 1e-6)
     depth = arrays["nearest"] * (view["far"] - view["near"]) + view["near"]
     off = points + direction * (depth - view["near"])[..., None]
@@ -94,6 +100,32 @@ def las_files(places, colors, classes):
             row(BULLET, name, package("laspy"), "messages of an origin missing", float(bool(offset.any()) and "1350" not in said), 0)
 
         attempt(BULLET, name, package("laspy"), check)
+
+
+def laspy_scalars(places, colors, classes):
+    """Without colours: grey by intensity; and the alphas that a scene gives to classes."""
+    import laspy
+
+    program = package("laspy")
+    shades = numpy.random.default_rng(5).integers(0, 60000, len(places))
+
+    def check():
+        head = laspy.LasHeader(point_format=6, version="1.4")
+        head.scales, head.offsets = [0.001] * 3, numpy.zeros(3)
+        cloud_of = laspy.LasData(head)
+        cloud_of.x, cloud_of.y, cloud_of.z = places.T
+        cloud_of.intensity, cloud_of.classification = shades, classes
+        cloud_of.write(FILES / "scalars.laz")
+        white = numpy.sort(shades)[int((len(shades) - 1) * 0.98)]
+        grey = numpy.clip(shades / white, 0.05, 1)[:, None].repeat(3, 1)
+        alphas = {2: 1, 3: 0.75, 4: 0, 5: 0.4}
+        alpha = numpy.array([alphas[one] for one in classes])
+        compare("scalars.laz", program, places, grey, what="by intensity")
+        shown = alpha > 0
+        more = f"classes = {[[one, share] for one, share in alphas.items()]}"
+        compare("scalars.laz", program, places[shown], grey[shown], alpha=alpha[shown], more=more, what="by class")
+
+    attempt(BULLET, "scalars.laz", program, check)
 
 
 def copc_files(places, colors):
@@ -186,7 +218,7 @@ def pcd_files(places, colors):
 
 def main():
     places, colors, classes = cloud()
-    for make, more in ((las_files, [classes]), (copc_files, []), (e57_files, []), (pcd_files, [])):
+    for make, more in ((las_files, [classes]), (laspy_scalars, [classes]), (copc_files, []), (e57_files, []), (pcd_files, [])):
         attempt(BULLET, make.__name__, "", lambda: make(places, colors, *more))
 
 

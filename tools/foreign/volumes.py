@@ -49,11 +49,12 @@ def transmitted(values, factor, to_world, view):
 
 
 def compare(name, program, values, to_world, more="", scale=1.0):
-    """Maps of suns along all three axes."""
+    """Maps of suns along all three axes. `values`: by `[x, y, z]`, or by `[x, y, z, channel]` where colours differ."""
     lengths = numpy.abs(to_world[:3, :3]).max(0)
     factor = 3 / max((values.sum(axis) * lengths[axis]).max() for axis in range(3))
+    channels = numpy.moveaxis(values, -1, 0) if values.ndim == 4 else [values]
     suns = "".join(
-        f"[[light]]\nname = '{axis}'\nkind = 'directional'\ndirection = {list(way)}\nsize = 64\n"
+        f"[[light]]\nname = '{axis}'\nkind = 'directional'\ndirection = {way.tolist()}\nsize = 64\n"
         for axis, way in zip("xyz", numpy.eye(3))
     )
     text = (
@@ -64,8 +65,8 @@ def compare(name, program, values, to_world, more="", scale=1.0):
     worst, least = 0, 1
     for axis in "xyz":
         [(view, arrays)], _ = maps(path, axis)
-        truth = transmitted(values, factor, to_world, view)
-        worst = max(worst, numpy.abs(arrays["filter"] - truth[..., None]).max())
+        truth = numpy.stack([transmitted(one, factor, to_world, view) for one in channels], -1)
+        worst = max(worst, numpy.abs(arrays["filter"] - truth).max())
         least = min(least, truth.min())
     assert least < 0.2, f"a test of no shadow: {least}"
     row(BULLET, name, program, "light of 3 x 64^2 texels", worst, LIMIT)
@@ -93,6 +94,21 @@ def arrays(values):
         attempt(BULLET, name, package("numpy"), lambda: compare(name, package("numpy"), values, plain))
     numpy.savez_compressed(FILES / "packed.npz", other=numpy.zeros(3), density=values.T.astype("i2"))
     attempt(BULLET, "packed.npz", package("numpy"), lambda: compare("packed.npz", package("numpy"), values, plain))
+
+
+def rgba_files(values):
+    """Colours that differ by channel and voxel, with opacities: each channel absorbs by its colour times the opacity."""
+    import nrrd
+
+    rgba = numpy.stack([values, values[::-1], values[:, ::-1], numpy.maximum(values[:, :, ::-1], 5)], -1)
+    absorbed = rgba[..., :3] / 255 * rgba[..., 3:] / 255
+    name, program = "rgba_u1.npy", package("numpy")
+    numpy.save(FILES / name, numpy.ascontiguousarray(rgba.astype("u1").transpose(2, 1, 0, 3)))
+    attempt(BULLET, name, program, lambda name=name, program=program: compare(name, program, absorbed, numpy.eye(4)))
+    name, program = "rgba_u2.nrrd", package("pynrrd")
+    head = {"kinds": ["RGBA-color", "domain", "domain", "domain"], "spacings": [numpy.nan, 1, 1, 1], "encoding": "gzip"}
+    nrrd.write(str(FILES / name), numpy.moveaxis(rgba, -1, 0).astype("u2") * 257, head)
+    attempt(BULLET, name, program, lambda: compare(name, program, absorbed, numpy.eye(4)))
 
 
 def nrrd_files(values):
@@ -220,7 +236,7 @@ def vdb_files(values):
 
 def main():
     values = voxels()
-    for make in (arrays, nrrd_files, nifti_files, meta_files, vtk_files, tiff_files, vdb_files):
+    for make in (arrays, rgba_files, nrrd_files, nifti_files, meta_files, vtk_files, tiff_files, vdb_files):
         attempt(BULLET, make.__name__, "", lambda: make(values.astype(float)))
 
 

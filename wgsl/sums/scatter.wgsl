@@ -3,20 +3,17 @@
 
 import package::bind::changed::scattered_tiles;
 import package::bind::sampled::opaques;
-import package::bind::stored::kept_sums;
 import package::features::{HAS_GAIN, HAS_OVER, HAS_VOLUMES};
 import package::hit::caster_hit::caster_hit;
 import package::hit::crossing::{added_light, crossing};
 import package::hit::hash::unit_float;
-import package::hit::hit::presence_of;
+import package::hit::hit::{Hit, presence_of};
 import package::records::caster::object_of;
 import package::records::footprint::{Footprint, caster_of};
-import package::records::tile::Tile;
 import package::records::view::{GpuView, TILE_SIZE};
 import package::sums::sums::{FIXED_ONE, SATURATED, VISIBLE_PRESENCE, absorbed_tau, depth_to_nearness};
 import package::traversal::lane::sum_index;
-import choice::accumulator::ROWS;
-import choice::sums::{add_to_sums, clear_sums, load_nearness, load_sums, raise_nearness};
+import choice::sums::{add_to_sums, load_sums, raise_nearness};
 
 // Adds a caster or a segment to the sums of a texel.  Bit-identical in every order: a saturated sum is black
 // whatever is added.
@@ -64,21 +61,11 @@ fn spread(id: u32) -> vec3<f32> {
     return vec3(unit_float(turn), unit_float(turn + 0x55555555u), unit_float(turn + 0xaaaaaaaau));
 }
 
-fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
-    let opaque_depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
-    let hit = caster_hit(view, footprint, vec2<f32>(texel) + 0.5, opaque_depth);
-    let tile_xy = texel / TILE_SIZE;
-    let tile = view.first_tile + tile_xy.y * view.tiles_x + tile_xy.x;
-    let sum = sum_index(tile, texel % TILE_SIZE);
-    if HAS_VOLUMES {
-        let crossed = crossing(view, footprint, vec2<f32>(texel) + 0.5, opaque_depth);
-        if crossed.w != 0 {
-            add_to_sums(sum, bitcast<vec3<u32>>(crossed.xyz));
-            scattered_tiles[tile] = 1u;
-        }
-    }
+// Addend of a hit to the sums of a texel: optical depth per channel, and nearness; 0 behind the opaque
+// surface.
+fn addend(footprint: Footprint, hit: Hit, opaque_depth: f32) -> vec4<u32> {
     if !(hit.depth >= 0.0 && hit.depth < opaque_depth) {
-        return;
+        return vec4(0u);
     }
     // Dithered rounding, so that a million equal casters don't add up their rounding errors.
     var seed = caster_of(footprint);
@@ -92,25 +79,33 @@ fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
         hit_tau = absorbed_tau(hit.absorbed - added_light(hit));
     }
     let tau = bitcast<vec3<u32>>(vec3<i32>(floor(hit_tau * FIXED_ONE + chance)));
-    if HAS_VOLUMES {
-        add_to_sums(sum, tau);
-    } else {
-        merge_in_steps(sum, tau);
-    }
-    if presence_of(hit) >= VISIBLE_PRESENCE {
-        raise_nearness(sum, depth_to_nearness(hit.depth));
-    }
-    scattered_tiles[tile] = 1u;
+    return vec4(tau, select(0u, depth_to_nearness(hit.depth), presence_of(hit) >= VISIBLE_PRESENCE));
 }
 
-// Output: the sums themselves, for maps that are merged with others.
-fn resolve(view: GpuView, tile: Tile, tile_id: u32, in_tile: vec2<u32>) {
-    for (var i = 0u; i < ROWS; i += 1u) {
-        let sum = sum_index(tile_id, in_tile + vec2(0u, i));
-        let at = view.origin + tile.position * TILE_SIZE + in_tile + vec2(0u, i);
-        textureStore(kept_sums, at, view.layer, vec4(load_sums(sum), load_nearness(sum)));
-        clear_sums(sum);
+fn scatter(view: GpuView, footprint: Footprint, texel: vec2<u32>) {
+    let opaque_depth = textureLoad(opaques, view.origin + texel, view.layer, 0).r;
+    let hit = caster_hit(view, footprint, vec2<f32>(texel) + 0.5, opaque_depth);
+    let tile_xy = texel / TILE_SIZE;
+    let tile = view.first_tile + tile_xy.y * view.tiles_x + tile_xy.x;
+    let sum = sum_index(tile, texel % TILE_SIZE);
+    if HAS_VOLUMES {
+        let crossed = crossing(view, footprint, vec2<f32>(texel) + 0.5, opaque_depth);
+        if crossed.w != 0 {
+            add_to_sums(sum, bitcast<vec3<u32>>(crossed.xyz));
+            scattered_tiles[tile] = 1u;
+        }
     }
+    let added = addend(footprint, hit, opaque_depth);
+    if all(added == vec4(0u)) {
+        return;
+    }
+    if HAS_VOLUMES {
+        add_to_sums(sum, added.xyz);
+    } else {
+        merge_in_steps(sum, added.xyz);
+    }
+    raise_nearness(sum, added.w);
+    scattered_tiles[tile] = 1u;
 }
 
 // Transfer of a segment to the light of one texel, which `resolve` composes in order: L becomes L * scale +

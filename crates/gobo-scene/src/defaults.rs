@@ -100,6 +100,9 @@ pub(super) fn contents(scene: &Scene) -> Bounds {
     }
 }
 
+/// Size of the picture unless the scene file sets it [pixels].
+pub(super) const PICTURE: UVec2 = UVec2::new(960, 540);
+
 /// Samples per pixel unless the scene file sets them.
 pub(super) const SAMPLES: u32 = 4;
 
@@ -110,7 +113,7 @@ pub(super) fn camera(bounds: &Bounds) -> Camera {
         target: bounds.or_unit().center(),
         up: Vec3::Y,
         fov_y: 45f32.to_radians(),
-        size: UVec2::new(960, 540),
+        size: PICTURE,
     };
     camera.eye = eye(&camera, bounds);
     camera

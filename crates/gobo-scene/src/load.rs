@@ -140,7 +140,7 @@ pub struct Relit {
 impl Relit {
     /// Higher harmonics of the file's splats, as of [`super::load_harmonics`]. `path`: of the file.
     pub fn harmonics(&self, path: &Path) -> Result<Option<Harmonics>, SceneError> {
-        harmonics_of_level(path, self.found.lod)
+        harmonics_of_level(path, self.found.detail)
     }
 
     /// Index in the cloud of one of the scene's splats.
@@ -159,7 +159,7 @@ pub fn load_with_splats(
 ) -> Result<Relit, SceneError> {
     let (scene, found) = load_all(path, options, Some(splats))?;
     let found = found.unwrap_or_default();
-    let cloud = load_level(splats, found.lod)?;
+    let cloud = load_level(splats, found.detail)?;
     Ok(Relit { scene, cloud, range: found.range.clone(), found })
 }
 

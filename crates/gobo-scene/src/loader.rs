@@ -58,6 +58,8 @@ pub(super) struct Loader<'a> {
     pub(super) splat_files: Vec<(PathBuf, FoundSplats)>,
     /// Offset subtracted from the coordinates of all point files, once one is read \[m\].
     pub(super) points_origin: Option<DVec3>,
+    /// Texels along the largest map, or pixels along the picture if they are more.
+    pub(super) across: u32,
     /// Whether the last model holds splats.
     pub(super) leaves_splats: bool,
     /// Whether generated textures are made.
@@ -85,6 +87,7 @@ impl<'a> Loader<'a> {
             share: None,
             splat_files: Vec::new(),
             points_origin: None,
+            across: 0,
             leaves_splats: false,
             paints: true,
             resting: Vec::new(),
@@ -123,6 +126,10 @@ impl<'a> Loader<'a> {
             self.environment(table, document.light.is_empty())?;
         }
         self.lights(document)?;
+        let of_lights = self.scene.lights.iter().filter_map(|light| light.size);
+        let pixels = document.camera.as_ref().and_then(|table| table.get_ref().size);
+        let pixels = pixels.unwrap_or(defaults::PICTURE).max_element();
+        self.across = of_lights.fold(document.shadow.size, u32::max).max(pixels);
         for (index, table) in document.material.iter().enumerate() {
             let MaterialTable { material, texture, radius, .. } = table.get_ref();
             self.check_limit(Limit::Materials, index, 1, (&table.span(), "name"))?;

@@ -7,8 +7,8 @@ use super::{
     loader::Loader,
     loader_files::add_skipped,
     rig::{Moving, Placement},
-    splat_file::{FoundSplats, load_level, load_splats},
-    splats::{SplatCloud, SplatKind, placed},
+    splat_file::{FoundSplats, load_level},
+    splats::{Detail, SplatCloud, SplatKind, placed},
     volumes::USUAL_THICKNESS,
 };
 use glam::{DVec3, Quat, Vec3};
@@ -49,8 +49,8 @@ impl Loader<'_> {
         let cloud = match (&given.file, &given.generate) {
             (Some(file), None) => {
                 let path = self.folder.join(file);
-                let cloud =
-                    load_level(&path, given.lod).map_err(|e| self.named_by(&span, "file", e))?;
+                let cloud = load_level(&path, self.detail(given.lod))
+                    .map_err(|e| self.named_by(&span, "file", e))?;
                 self.note_of_file(&path, &cloud);
                 cloud
             }
@@ -69,9 +69,14 @@ impl Loader<'_> {
         if let Some(file) = &given.file {
             let range = first..self.scene.gaussians.len();
             let path = self.folder.join(file);
-            self.splat_files.push((path, FoundSplats { range, first_id, lod: given.lod }));
+            self.splat_files
+                .push((path, FoundSplats { range, first_id, detail: self.detail(given.lod) }));
         }
         self.place("splats", &span, given.name.as_ref(), 0..0, moving)
+    }
+
+    fn detail(&self, lod: Option<u32>) -> Detail {
+        Detail { lod, across: self.across }
     }
 
     /// Loads splats that alone are a scene; `kind`: of a file other than glTF.
@@ -80,7 +85,7 @@ impl Loader<'_> {
         path: &Path,
         kind: Option<SplatKind>,
     ) -> Result<(), SceneError> {
-        let mut cloud = load_splats(path)?;
+        let mut cloud = load_level(path, self.detail(None))?;
         let is_turned = kind.is_some_and(SplatKind::points_down) && cloud.extinction.is_none();
         let rotation = if is_turned { Vec3::X * 180.0 } else { Vec3::ZERO };
         if is_turned {
@@ -108,9 +113,10 @@ impl Loader<'_> {
             return Ok(found.clone());
         }
         let (first, first_id) = (self.scene.gaussians.len(), self.next_id);
-        let cloud = load_splats(path)?;
+        let detail = self.detail(None);
+        let cloud = load_level(path, detail)?;
         self.add_neutral(path, cloud, Vec3::ZERO)?;
-        Ok(FoundSplats { range: first..self.scene.gaussians.len(), first_id, lod: None })
+        Ok(FoundSplats { range: first..self.scene.gaussians.len(), first_id, detail })
     }
 
     /// Adds splats with a neutral shadow. `rotation`: Euler xyz \[degrees\].

@@ -5,7 +5,9 @@ use super::{
     gltf,
     limits::Limit,
     read,
-    splats::{self, Harmonics, SplatCloud, SplatKind, files, kind_of, read_harmonics, read_kind},
+    splats::{
+        self, Detail, Harmonics, SplatCloud, SplatKind, files, kind_of, read_harmonics, read_kind,
+    },
 };
 use std::{
     borrow::Cow,
@@ -25,38 +27,37 @@ pub(super) struct FoundSplats {
     pub(super) range: Range<usize>,
     /// Id of the file's first row.
     pub(super) first_id: u32,
-    /// Level of detail that the table names.
-    pub(super) lod: Option<u32>,
+    pub(super) detail: Detail,
 }
 
 /// Reads a file or folder of splats, whatever its name. World space = the file's space.
 pub fn load_splats(path: &Path) -> Result<SplatCloud, SceneError> {
-    load_level(path, None)
+    load_level(path, Detail::default())
 }
 
 /// Reads the higher harmonics of a file or folder of splats, one row for each of its rows. `None` where they
 /// would have to be turned: of a glTF file whose nodes rotate or mirror splats.
 pub fn load_harmonics(path: &Path) -> Result<Option<Harmonics>, SceneError> {
-    harmonics_of_level(path, None)
+    harmonics_of_level(path, Detail::default())
 }
 
 /// Like [`load_harmonics`], at a level of detail as in [`load_level`].
 pub(super) fn harmonics_of_level(
     path: &Path,
-    lod: Option<u32>,
+    detail: Detail,
 ) -> Result<Option<Harmonics>, SceneError> {
     let path = &*inside(path);
     let bytes = read::bytes(path)?;
     let of_file = |(message, help): Fault| SceneError::invalid(path, message, help);
     match kind_of(&bytes, bytes.len() as u64).or_else(|| kind_of_name(path)) {
-        Some(kind) => read_harmonics(kind, path, &bytes, lod).map(Some).map_err(of_file),
+        Some(kind) => read_harmonics(kind, path, &bytes, detail).map(Some).map_err(of_file),
         None if is_gltf(&bytes) => gltf::splats::harmonics(path),
         None => Ok(None),
     }
 }
 
-/// Like [`load_splats`], at a level of detail; 0 is the finest, `None` the usual one.
-pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, SceneError> {
+/// Like [`load_splats`], at a level of detail.
+pub(super) fn load_level(path: &Path, detail: Detail) -> Result<SplatCloud, SceneError> {
     let path = &*inside(path);
     if let Some(count) = announced(path) {
         Limit::Splats.grown_in(path, 0, count)?;
@@ -64,9 +65,9 @@ pub(super) fn load_level(path: &Path, lod: Option<u32>) -> Result<SplatCloud, Sc
     let bytes = read::bytes(path)?;
     let of_file = |(message, help): (String, &str)| SceneError::invalid(path, message, help);
     match kind_of(&bytes, bytes.len() as u64).or_else(|| kind_of_name(path)) {
-        Some(kind) => read_kind(kind, path, &bytes, lod).map_err(of_file),
+        Some(kind) => read_kind(kind, path, &bytes, detail).map_err(of_file),
         None if is_gltf(&bytes) => {
-            if lod.is_some() {
+            if detail.lod.is_some() {
                 return Err(of_file((
                     "lod of a file without levels of detail".to_owned(),
                     "remove it; a streamed SOG (lod-meta.json) has levels",

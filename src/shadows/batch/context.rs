@@ -107,7 +107,8 @@ impl Context<'_, '_> {
 
     /// Room for the pairs of a list: none where all filtering casters are scattered.
     pub(crate) fn pair_capacity(&self, plan: &ListPlan) -> u32 {
-        let scatters_all = self.config.toggles.sums && plan.filters && !plan.camera;
+        let scatters_all =
+            self.config.toggles.sums && plan.filters && !plan.camera && !plan.sums_in_tiles();
         if scatters_all { 0 } else { self.scratch.pair_capacity }
     }
 

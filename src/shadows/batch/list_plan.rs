@@ -165,6 +165,11 @@ impl ListPlan {
         self.filters && self.features.is_composed()
     }
 
+    /// Whether sums that are kept are made tile by tile; else all casters are scattered.
+    pub(crate) fn sums_in_tiles(&self) -> bool {
+        self.filters && self.features.nodes == 0 && !self.is_composed()
+    }
+
     /// Pairs that one workgroup walks at a time.
     pub(crate) fn segment_length(&self, tuning: &Tuning) -> u32 {
         match self.features {

@@ -43,7 +43,7 @@ impl Parts {
         let scratch = context.scratch;
         let toggles = &context.config.toggles;
         let may_part = toggles.parts
-            && !toggles.sums
+            && (!toggles.sums || list.sums_in_tiles())
             && list.may_part(context.config.tuning.partition, scratch.pair_capacity);
         let Some(buffers) = scratch.parts.as_ref().filter(|_| may_part) else {
             return Ok(None);

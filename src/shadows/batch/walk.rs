@@ -38,6 +38,9 @@ impl Walk<'_> {
         };
         if plan.filters && maps.sums.is_some() {
             kernels.resolve = &resolve::SUMS_ALONE;
+            if plan.sums_in_tiles() {
+                kernels = accumulate::SUM_KERNELS;
+            }
         }
         let composed = scratch.composed.as_ref().filter(|_| plan.is_composed());
         let resources = context

@@ -38,8 +38,24 @@ pub use write_sog::to_sog;
 pub use write_spz::to_spz;
 
 use crate::error::Fault;
+use gobo::model::ShadowSettings;
 use sog_store::{Store, file_name};
 use std::path::{Path, PathBuf};
+
+/// Choice of a level of detail, in a file with several.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub struct Detail {
+    /// Level that is asked for; 0 is the finest.
+    pub lod: Option<u32>,
+    /// Texels of a map, or pixels of a picture, along the splats: levels finer than both are not read.
+    pub across: u32,
+}
+
+impl Default for Detail {
+    fn default() -> Self {
+        Self { lod: None, across: ShadowSettings::default().size }
+    }
+}
 
 /// Kind of splats in a file of `length` bytes, by its first bytes; `None` if it has none, or is glTF.
 pub fn kind_of(start: &[u8], length: u64) -> Option<SplatKind> {
@@ -89,15 +105,14 @@ pub(super) fn announced(kind: SplatKind, start: &[u8], length: u64) -> Option<u6
     }
 }
 
-/// Reads the bytes of a file of a kind. `path`: of the file; the other files of a SOG are beside it. `lod`:
-/// the level of detail, in a file with several.
+/// Reads the bytes of a file of a kind. `path`: of the file; the other files of a SOG are beside it.
 pub fn read_kind(
     kind: SplatKind,
     path: &Path,
     bytes: &[u8],
-    lod: Option<u32>,
+    detail: Detail,
 ) -> Result<SplatCloud, Fault> {
-    if lod.is_some() && kind != SplatKind::SogLevels {
+    if detail.lod.is_some() && kind != SplatKind::SogLevels {
         let help = "remove it; a streamed SOG (lod-meta.json) has levels";
         return Err(("lod of a file without levels of detail".to_owned(), help));
     }
@@ -108,7 +123,7 @@ pub fn read_kind(
         SplatKind::Spz => spz::read(bytes),
         SplatKind::Sog => sog::read(&mut Store::zip(bytes)?, sog::META),
         SplatKind::SogFolder => sog::read(&mut Store::folder(folder(path)), &file_name(path)),
-        SplatKind::SogLevels => sog_levels::read(path, bytes, lod),
+        SplatKind::SogLevels => sog_levels::read(path, bytes, detail),
         SplatKind::Ksplat => ksplat::read(bytes),
     }
 }
@@ -118,7 +133,7 @@ pub(crate) fn read_harmonics(
     kind: SplatKind,
     path: &Path,
     bytes: &[u8],
-    lod: Option<u32>,
+    detail: Detail,
 ) -> Result<Harmonics, Fault> {
     match kind {
         SplatKind::Ply => ply::harmonics(bytes),
@@ -130,7 +145,7 @@ pub(crate) fn read_harmonics(
             let mut store = Store::folder(folder(path));
             Ok(sog::harmonics(&mut store, &file_name(path))?.0)
         }
-        SplatKind::SogLevels => sog_levels::harmonics(path, bytes, lod),
+        SplatKind::SogLevels => sog_levels::harmonics(path, bytes, detail),
         SplatKind::Ksplat => ksplat::harmonics(bytes),
     }
 }

@@ -1,6 +1,7 @@
 //! Streamed SOG version 1 (`PlayCanvas`): `lod-meta.json` names folders of SOG. Each stores the splats of a
 //! region together, at several levels of detail; level 0 is the finest.
 use super::{
+    Detail,
     cloud::SplatCloud,
     harmonics::Harmonics,
     sog::{self, DAMAGED, Sog},
@@ -17,7 +18,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Most splats that are read by default: the finest level within it is chosen.
+/// Most splats that are read by default.
 const BUDGET: u64 = 4_000_000;
 
 /// Most nodes of the tree.
@@ -44,10 +45,31 @@ impl LevelsMeta {
 #[derive(Deserialize)]
 struct LevelNode {
     #[serde(default)]
+    bound: RegionBox,
+    #[serde(default)]
     children: Vec<Self>,
     /// Runs by level.
     #[serde(default)]
     lods: BTreeMap<u32, Run>,
+}
+
+/// Box around a region, in the file's units; empty where the file gives none.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct RegionBox {
+    min: Vec<f64>,
+    max: Vec<f64>,
+}
+
+impl RegionBox {
+    /// Its sides, ascending.
+    fn sides(&self) -> Option<[f64; 3]> {
+        let (min, max): ([f64; 3], [f64; 3]) =
+            (self.min.as_slice().try_into().ok()?, self.max.as_slice().try_into().ok()?);
+        let mut sides = [0, 1, 2].map(|axis| max[axis] - min[axis]);
+        sides.sort_unstable_by(f64::total_cmp);
+        (sides[0] >= 0.0 && sides[2].is_finite()).then_some(sides)
+    }
 }
 
 /// Splats of a region at a level: consecutive ones of a file.
@@ -58,10 +80,14 @@ struct Run {
     count: u64,
 }
 
-/// Runs of each level, and the number of regions without any.
+/// Runs of each level, and what the tree tells of its regions.
 struct Levels {
     runs: Vec<Vec<Run>>,
     regions: usize,
+    /// Sum of the largest faces of the regions' boxes: about the area of the surfaces in them.
+    area: f64,
+    /// Second-longest side of the box around all, which every direction sees at least.
+    extent: Option<f64>,
 }
 
 impl Levels {
@@ -69,17 +95,50 @@ impl Levels {
         self.runs[level].iter().fold(0, |sum, run| sum.saturating_add(run.count))
     }
 
-    /// The level that is asked for, or else the finest of at most [`BUDGET`] splats, or else the coarsest.
-    fn chosen(&self, lod: Option<u32>) -> Result<usize, Fault> {
-        let last = self.runs.len() - 1;
-        match lod {
+    /// Mean distance of neighbours on the surfaces; infinite for a level that some regions lack.
+    fn spacing(&self, level: usize) -> f64 {
+        if self.runs[level].len() < self.regions {
+            return f64::INFINITY;
+        }
+        (self.area / self.count(level) as f64).sqrt()
+    }
+
+    /// Coarsest level whose splats are no farther apart than texels; `None` if the file tells no boxes.
+    fn resolved(&self, across: u32) -> Option<(usize, bool)> {
+        let texel = self.extent? / f64::from(across.max(1));
+        let is_fine = |level: &usize| self.spacing(*level) <= texel;
+        let level = (self.area > 0.0).then(|| (0..self.runs.len()).rev().find(is_fine))?;
+        Some((level.unwrap_or(0), level.is_some()))
+    }
+
+    /// The level that is asked for, or else the coarsest that texels do not resolve, and no finer than
+    /// [`BUDGET`] allows; and why.
+    fn chosen(&self, detail: Detail) -> Result<(usize, String), Fault> {
+        let (last, across) = (self.runs.len() - 1, detail.across);
+        match detail.lod {
             Some(level) if level as usize > last => {
                 let message = format!("lod is {level}, but the file has levels 0 to {last}");
-                Err((message, "give one of its levels"))
+                return Err((message, "give one of its levels"));
             }
-            Some(level) => Ok(level as usize),
-            None => Ok((0..last).find(|&level| self.count(level) <= BUDGET).unwrap_or(last)),
+            Some(level) => return Ok((level as usize, "as `lod` says".to_owned())),
+            None => {}
         }
+        let resolved = self.resolved(across);
+        let wanted = resolved.map_or(0, |(level, _)| level);
+        let level = (wanted..last).find(|&level| self.count(level) <= BUDGET).unwrap_or(last);
+        let why = match resolved {
+            _ if level > wanted => format!("the finest of at most {BUDGET} splats"),
+            Some((_, true)) => {
+                format!(
+                    "the coarsest whose splats are no farther apart than 1/{across} of its extent"
+                )
+            }
+            Some(_) => {
+                format!("the finest: its splats are farther apart than 1/{across} of its extent")
+            }
+            None => "the finest, as the file tells no extent".to_owned(),
+        };
+        Ok((level, why))
     }
 
     /// Ranges of the splats of a level, by the index of their file.
@@ -105,7 +164,10 @@ impl Levels {
             };
             runs.push(run);
         }
-        self.regions += usize::from(!node.lods.is_empty());
+        if !node.lods.is_empty() {
+            self.regions += 1;
+            self.area += node.bound.sides().map_or(0.0, |[_, middle, longest]| middle * longest);
+        }
         node.children.iter().try_for_each(|child| self.add(child, nodes))
     }
 }
@@ -117,17 +179,18 @@ fn meta(bytes: &[u8]) -> Result<(LevelsMeta, Levels), Fault> {
     if meta.levels == 0 || meta.levels > 64 {
         return Err((format!("{} levels of detail, not 1 to 64", meta.levels), DAMAGED));
     }
-    let mut levels = Levels { runs: vec![Vec::new(); meta.levels as usize], regions: 0 };
+    let extent = meta.tree.bound.sides().map(|[_, middle, _]| middle);
+    let runs = vec![Vec::new(); meta.levels as usize];
+    let mut levels = Levels { runs, regions: 0, area: 0.0, extent };
     levels.add(&meta.tree, &mut 0)?;
     Ok((meta, levels))
 }
 
-/// Reads a level; `None`: the finest of at most [`BUDGET`] splats, or else the coarsest. `path` and `bytes`:
-/// of the `lod-meta.json`.
-pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatCloud, Fault> {
+/// Reads a level. `path` and `bytes`: of the `lod-meta.json`.
+pub(super) fn read(path: &Path, bytes: &[u8], detail: Detail) -> Result<SplatCloud, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (meta, levels) = meta(bytes)?;
-    let (level, last) = (levels.chosen(lod)?, levels.runs.len() - 1);
+    let ((level, why), last) = (levels.chosen(detail)?, levels.runs.len() - 1);
     let count = levels.count(level);
     let surroundings = match &meta.environment {
         None => None,
@@ -152,8 +215,10 @@ pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatC
         push(&mut cloud, sog, 0..sog.count, name)?;
         cloud.notes.push(format!("{around} splats of its surroundings are read, too"));
     }
+    let finest = levels.count(0);
     cloud.notes.push(format!(
-        "level {level} of detail of 0 to {last} is read, with {count} splats: `lod` chooses another"
+        "level {level} of detail of 0 to {last} is read, with {count} splats of {finest}, {why}: `lod` chooses \
+         another"
     ));
     let without = levels.regions - levels.runs[level].len();
     if without > 0 {
@@ -164,10 +229,10 @@ pub(super) fn read(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<SplatC
 }
 
 /// Coefficients of higher harmonics of the splats that [`read`] reads, in their order.
-pub(super) fn harmonics(path: &Path, bytes: &[u8], lod: Option<u32>) -> Result<Harmonics, Fault> {
+pub(super) fn harmonics(path: &Path, bytes: &[u8], detail: Detail) -> Result<Harmonics, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let (meta, levels) = meta(bytes)?;
-    let level = levels.chosen(lod)?;
+    let (level, _) = levels.chosen(detail)?;
     Limit::Splats.grown(0, levels.count(level))?;
     let whole = |name: &str| {
         let place = path_in(folder, name)?;
