@@ -8,7 +8,7 @@ use gobo::{
     glam::{DVec3, Vec3},
     model::{ReceiverPoint, Source},
 };
-use gobo_scene::{Scene, load};
+use gobo_scene::{Scene, load_with};
 
 /// Under a straight edge at height h, a square light at height H has a transmittance of `x / w + 1/2` at
 /// distance x from the edge's shadow, where `w = edge h / (H - h)`.
@@ -264,12 +264,17 @@ fn thin_slanted_bars_have_no_beads() {
     }
 }
 
+/// The lamp in the box of glass, from one viewpoint.
+fn soft_box() -> Scene {
+    let path = crate::common::root().join("data/soft_box.toml");
+    load_with(&path, &[("shadow.soft_detail".to_owned(), "false".to_owned())]).unwrap()
+}
+
 /// Behind a lead bar whose penumbra is where one level hands over to the next, and which covers all texels of
 /// the map around the point.
 #[test]
 fn a_bar_in_a_fade_is_not_as_sharp_as_the_map() {
-    let path = crate::common::root().join("data/soft_box.toml");
-    let scene = load(&path).unwrap();
+    let scene = soft_box();
     let points: Vec<_> = (0..17)
         .map(|i| ReceiverPoint {
             position: Vec3::new(-2.55, 1.8 + 0.025 * i as f32, 2.32),
@@ -297,8 +302,7 @@ fn worst_error(scene: &Scene, points: &[ReceiverPoint]) -> f64 {
 /// bar, and neither shades itself or the other.
 #[test]
 fn a_corner_behind_a_bar_is_lit_from_both_sides() {
-    let path = crate::common::root().join("data/soft_box.toml");
-    let scene = load(&path).unwrap();
+    let scene = soft_box();
     let on_walls = |i: usize| {
         let (height, along) = (1.2 + 0.1 * (i / 24) as f32, -2.54 + 0.02 * (i % 24 / 2) as f32);
         if i.is_multiple_of(2) {
@@ -315,8 +319,7 @@ fn a_corner_behind_a_bar_is_lit_from_both_sides() {
 /// Behind a lead bar and behind a wall that the bar hides from the map's centre: as dark as beside the bar.
 #[test]
 fn a_floor_behind_a_bar_and_a_wall_is_dark() {
-    let path = crate::common::root().join("data/soft_box.toml");
-    let scene = load(&path).unwrap();
+    let scene = soft_box();
     let on_floor = |i: usize| {
         let (x, z) = (-2.67 - 0.03 * (i % 8) as f32, 2.2 + 0.03 * (i / 8) as f32);
         ReceiverPoint { position: Vec3::new(x, 0.0, z), normal: Vec3::Y }
