@@ -147,7 +147,7 @@ crate::records::gpu_struct! {
         pub cutout_threshold: f32,
         /// Offset of the sample in its pixel from the first sample's \[pixels\].
         pub from_first: Vec2,
-        /// Offset of the second sample from the first.
+        /// Offset of the second sample from the first \[pixels\].
         pub second_from_first: Vec2,
         pub pad_0: u32,
         pub pad_1: u32,

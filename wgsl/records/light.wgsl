@@ -62,7 +62,7 @@ struct PictureParams {
     image_reach: f32,      // edge of the area of a sample, for images [pixels]
     cutout_threshold: f32, // mean opacity from which a cutout with small texels is solid
     from_first: vec2<f32>, // offset of the sample in its pixel from the first sample's [pixels]
-    second_from_first: vec2<f32>, // offset of the second sample from the first
+    second_from_first: vec2<f32>, // offset of the second sample from the first [pixels]
     pad_0: u32,
     pad_1: u32,
     irradiance: array<vec4<f32>, 9>,  // of the environment, spherical harmonics (rgb)

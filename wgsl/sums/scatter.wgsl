@@ -1,5 +1,5 @@
-// Sums of several invocations. CPU reference: crates/gobo-reference/src/accumulate.rs,
-// crates/gobo-reference/src/sums.rs, crates/gobo-reference/src/accumulate.rs, `Passed`.
+// Sums of several invocations. CPU reference: crates/gobo-reference/src/sums.rs and
+// crates/gobo-reference/src/accumulate.rs, `Passed`.
 
 import package::bind::changed::scattered_tiles;
 import package::bind::sampled::opaques;
