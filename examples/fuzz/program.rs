@@ -1,12 +1,11 @@
 //! Files that only the program reads: sidecars, by `gobo verify`, arrays of points, by `gobo light`, and
 //! parts, by `gobo merge`.
-use crate::{End, Outcome};
+use crate::{End, Outcome, cost::Clock};
 use std::{
     env, fs,
     io::{self, Error},
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
-    time::Instant,
 };
 
 /// A file in a folder that a command of the program reads.
@@ -123,9 +122,9 @@ impl Program {
     /// give a short reason.
     pub(super) fn read(&self, bytes: &[u8]) -> io::Result<Outcome> {
         fs::write(self.folder.join(self.file), bytes)?;
-        let start = Instant::now();
+        let clock = Clock::start();
         let output = self.run(self.arguments)?;
-        let took = start.elapsed();
+        let took = clock.elapsed();
         let is_stray = |name: &str| ![self.file, "joined"].contains(&name);
         let strays = self.is_confined && names(&self.folder)?.iter().any(|name| is_stray(name));
         Ok(match output.status.code() {

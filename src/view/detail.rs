@@ -9,24 +9,22 @@
 use super::{
     View, ViewRole,
     atlas::{Atlas, AtlasLimits},
-    fit::fitted_views,
+    fit::{MOST_DETAILS, detail_names, fitted_views},
 };
 use crate::model::{LightKind, Scene, ShadowFilter, WindowsKey};
 use places::Seen;
-pub(in crate::view) use places::ShownPicture;
+pub(in crate::view) use places::{ShownPicture, source_axes};
 use window::Window;
 
 mod places;
 mod window;
 
-/// Names of a light's windows, the finest first.
-const NAMES: [&str; 6] = ["detail0", "detail1", "detail2", "detail3", "detail4", "detail5"];
 /// Largest number of lights with windows.
 const MOST_LIGHTS: usize = 4;
 /// Edge of the largest window \[texels\], half as many with curves; smaller ones have three quarters, a half
 /// and so on.
 const LARGEST: u32 = 2048;
-/// Texels of a light's windows, in windows of [`LARGEST`] a side.
+/// Texels of the windows of a light's viewpoints together, in windows of [`LARGEST`] a side.
 const MOST_TEXELS: f64 = 4.0;
 /// Least gain of a window, per [`LARGEST`] texels of its edge: mean square of the excess width of texels.
 const PRICE: f64 = 0.0033;
@@ -36,19 +34,16 @@ const ASKED: usize = 1000;
 /// Takes the scene's state at a moment.
 type See<'a> = &'a mut dyn FnMut(&Scene);
 
-impl View {
-    /// Whether it is a window of finer texels, which only pictures have.
-    pub fn is_detail(&self) -> bool {
-        NAMES.contains(&self.name)
-    }
-}
-
 /// [`fitted_views`], with windows of finer texels before the views that they refine, if the scene's settings
 /// ask for them.
 pub fn picture_views(scene: &Scene, limits: &AtlasLimits) -> (Vec<View>, usize) {
     let (bases, shrunk) = fitted_views(scene, limits);
-    let refined = (0..bases.len()).filter(|&i| has_windows(scene, &bases[i])).take(MOST_LIGHTS);
-    let refined: Vec<usize> = refined.collect();
+    let mut refined: Vec<usize> =
+        (0..bases.len()).filter(|&index| has_windows(scene, &bases[index])).collect();
+    let mut lights: Vec<_> = refined.iter().map(|&index| bases[index].light).collect();
+    lights.dedup();
+    lights.truncate(MOST_LIGHTS);
+    refined.retain(|&index| lights.contains(&bases[index].light));
     if !scene.shadow.detail || refined.is_empty() {
         return (bases, shrunk);
     }
@@ -74,8 +69,12 @@ fn has_windows(scene: &Scene, base: &View) -> bool {
     let Some(light) = base.light.map(|index| &scene.lights[index]) else { return false };
     let shadow = &scene.shadow;
     let filter = light.look_up.filter.unwrap_or(shadow.filter);
-    let is_narrow =
-        matches!(filter, ShadowFilter::None | ShadowFilter::Bilinear | ShadowFilter::Spline);
+    let is_narrow = match light.area() {
+        Some(_) => shadow.soft_detail,
+        None => {
+            matches!(filter, ShadowFilter::None | ShadowFilter::Bilinear | ShadowFilter::Spline)
+        }
+    };
     let is_cone = matches!(light.kind, LightKind::Spot { .. }) && light.near.is_none();
     let is_sun = matches!(light.kind, LightKind::Directional { .. });
     is_narrow
@@ -83,7 +82,6 @@ fn has_windows(scene: &Scene, base: &View) -> bool {
         && !shadow.soften
         && !shadow.colored
         && base.role == ViewRole::Whole
-        && light.area().is_none()
         && light.caustics == 0
         && (is_cone || is_sun)
 }
@@ -137,10 +135,12 @@ fn windows(scene: &Scene, base: &View, mut seen: Vec<Seen>) -> Vec<View> {
     let asked: Vec<Seen> = seen.iter().step_by(seen.len() / ASKED + 1).copied().collect();
     let price =
         |window: &Window| PRICE * asked.len() as f64 * f64::from(window.size) / f64::from(LARGEST);
+    let light = &scene.lights[base.light.expect("only views of lights have windows")];
+    let most = MOST_TEXELS / f64::from(light.viewpoint_count());
     let mut chosen: Vec<&Window> = Vec::new();
     let mut least = excess(&asked, &chosen, coarsest);
-    while chosen.len() < NAMES.len() {
-        let left = MOST_TEXELS - chosen.iter().map(|window| window.area()).sum::<f64>();
+    while chosen.len() < MOST_DETAILS {
+        let left = most - chosen.iter().map(|window| window.area()).sum::<f64>();
         let small = wishes.iter().filter(|window| window.area() <= left);
         let gains = small.map(|window| {
             let cost = excess(&asked, &[&chosen[..], &[window]].concat(), coarsest);
@@ -153,9 +153,10 @@ fn windows(scene: &Scene, base: &View, mut seen: Vec<Seen>) -> Vec<View> {
     }
     chosen.sort_by(|a, b| a.texel.total_cmp(&b.texel));
     let count = chosen.len() as u32;
-    let views = (0..).zip(chosen).map(|(index, window)| {
-        let role = ViewRole::Window { index, count: count + 1, fade: window::FADE };
-        View { name: NAMES[index as usize], role, ..window.view(scene, base) }
+    let names = detail_names(light, base.shadow_index(light));
+    let views = (0..).zip(names).zip(chosen).map(|((index, name), window)| {
+        let role = ViewRole::Window { index, count: count + 1, fade: window.fade() };
+        View { name, role, ..window.view(scene, base) }
     });
     views.collect()
 }

@@ -42,22 +42,35 @@ pub(super) fn depth_range(view_from_world: &Mat4, bounds: &Bounds) -> (f32, f32)
 /// Directions of the faces of a point light's cube, in order of [`ViewRole::Face`].
 const CUBE: [Vec3; 6] = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
 
-/// Names of a shadow's cube faces, and of its cascades.
-type Names = ([&'static str; 6], [&'static str; 6]);
+/// Names of the views of a shadow.
+struct Names {
+    faces: [&'static str; 6],
+    /// A whole view, or cascades.
+    numbers: [&'static str; 6],
+    /// Windows of finer texels.
+    details: [&'static str; MOST_DETAILS],
+}
+
+/// Most windows of finer texels of a view.
+pub(super) const MOST_DETAILS: usize = 6;
 /// Number of shadows with names: a light's own, the further ones, and those of its source's other parts.
 const NAMED: usize = MAX_SHADOWS + MAX_VIEWPOINTS as usize - 1;
 
 macro_rules! names {
-    ($($prefix:literal)*) => {[$((
-        [
+    ($($prefix:literal)*) => {[$(Names {
+        faces: [
             concat!($prefix, "px"), concat!($prefix, "nx"), concat!($prefix, "py"),
             concat!($prefix, "ny"), concat!($prefix, "pz"), concat!($prefix, "nz"),
         ],
-        [
+        numbers: [
             concat!($prefix, "0"), concat!($prefix, "1"), concat!($prefix, "2"),
             concat!($prefix, "3"), concat!($prefix, "4"), concat!($prefix, "5"),
         ],
-    )),*]};
+        details: [
+            concat!($prefix, "detail0"), concat!($prefix, "detail1"), concat!($prefix, "detail2"),
+            concat!($prefix, "detail3"), concat!($prefix, "detail4"), concat!($prefix, "detail5"),
+        ],
+    }),*]};
 }
 
 #[rustfmt::skip]
@@ -79,11 +92,22 @@ impl View {
     /// Index of its shadow among those of its light; see [`Light::all_shadows`].
     pub fn shadow_index(&self, light: &Light) -> usize {
         let has = |number: usize| {
-            let (faces, numbers) = &NAMES[names_of(light, number)];
-            faces.contains(&self.name) || numbers.contains(&self.name)
+            let Names { faces, numbers, details } = &NAMES[names_of(light, number)];
+            [faces, numbers, details].iter().any(|names| names.contains(&self.name))
         };
         (0..light.all_shadows().count()).find(|&number| has(number)).unwrap_or(0)
     }
+
+    /// Whether it is a window of finer texels, which only pictures have.
+    pub fn is_detail(&self) -> bool {
+        NAMES.iter().any(|names| names.details.contains(&self.name))
+    }
+}
+
+/// Names of the windows of finer texels of one of a light's shadows, the finest first; `number`: its index
+/// among [`Light::all_shadows`].
+pub(super) fn detail_names(light: &Light, number: usize) -> [&'static str; MOST_DETAILS] {
+    NAMES[names_of(light, number)].details
 }
 
 /// Width over which the border of a further shadow's cone fades out \[share of its half edge\].
@@ -213,7 +237,7 @@ impl Owner<'_> {
         cover: &Cover<'_>,
     ) -> Vec<View> {
         let Shadow { near, far, .. } = *shadow;
-        let (faces, numbers) = self.names;
+        let Names { faces, numbers, .. } = self.names;
         match (shadow.kind.with_unit_direction(), shadow.cascades, camera) {
             (LightKind::Directional { direction }, Some(cascades), Some(camera)) => {
                 let (light, bounds) = (self.light, &cover.all);
@@ -269,7 +293,7 @@ impl Owner<'_> {
         let front = extent.front(shadow.near.or(shadow.far).is_some());
         let far = shadow.far.unwrap_or_else(|| extent.far(front, deepest, near));
         let shift = Mat4::from_translation(-middle.extend(front));
-        let base = self.base(self.names.1[0], self.role, size, shift * axes);
+        let base = self.base(self.names.numbers[0], self.role, size, shift * axes);
         let scale = (1.0 / texel) as f32;
         View { projection: Projection::Orthographic, near, far, scale, ..base }
     }

@@ -207,4 +207,20 @@ impl Image {
     pub(super) fn at(&self, texel: IVec2) -> Option<&Nearest> {
         self.seen[(texel.y * self.size.x + texel.x) as usize].as_ref()
     }
+
+    pub(super) fn contains(&self, texel: IVec2) -> bool {
+        texel.cmpge(IVec2::ZERO).all() && texel.cmplt(self.size).all()
+    }
+
+    /// The picture with a texel for 2 x 2: the surface with the least `depth`.
+    pub(super) fn halved(&self, depth: impl Fn(&Nearest) -> f64) -> Self {
+        let size = self.size / 2;
+        let texels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| IVec2::new(x, y) * 2));
+        let nearest = |at: IVec2| {
+            let four = [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE];
+            let seen = four.into_iter().filter_map(|step| self.at(at + step));
+            seen.min_by(|a, b| depth(a).total_cmp(&depth(b))).copied()
+        };
+        Self { size, seen: texels.map(nearest).collect() }
+    }
 }

@@ -30,6 +30,7 @@ mod repeated;
 mod samples;
 mod shade;
 mod sizes;
+mod soft_windows;
 mod specks;
 mod steady;
 mod taken_light;

@@ -157,6 +157,7 @@ fn windows_are_for_pictures_of_coarse_edges() {
                 _ => Source::Sphere { radius: 0.1 },
             };
             scene.lights[0] = Light { source: Some(source), ..scene.lights[0].clone() };
+            scene.shadow.soft_detail = false;
         });
     }
 }

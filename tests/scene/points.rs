@@ -264,6 +264,11 @@ fn discs_close_the_surface() {
     let scene = load(pcd("binary", &grid)).unwrap();
     assert!(scene.particles.iter().all(|particle| (particle.radius - 0.5).abs() < 1e-5));
     assert!(scene.notes.iter().any(|note| note.contains("0.500 m")), "{:?}", scene.notes);
+    // Gaps wider than the largest disc stay open.
+    let far = [-9e6, 9e6].map(|x| Dot { place: [x, 0.0, 0.0], ..DOTS[0] });
+    let scene = load(pcd("binary", &far)).unwrap();
+    assert!(scene.casters().check().is_ok());
+    assert!(scene.particles.iter().all(|particle| particle.radius == 1e7));
     // A material's own radius takes precedence.
     let folder = Folder::new();
     folder.write("a.pcd", pcd("binary", &grid));

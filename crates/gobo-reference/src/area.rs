@@ -48,8 +48,10 @@ pub(super) fn mean_over_points(
         return evaluate(&LightPoints::centers(scene, views, maps));
     }
     let records = SceneRecords::new(scene.casters(), &scene.shadow.within_curve_budget(views));
+    let is_window = |view: &View| has_area(view) && view.is_detail();
+    let is_kept = |view: &View| !is_of_viewpoint(view, scene) && !is_window(view);
     let (views, maps): (Vec<_>, Vec<_>) =
-        views.iter().cloned().zip(maps).filter(|(view, _)| !is_of_viewpoint(view, scene)).unzip();
+        views.iter().cloned().zip(maps).filter(|(view, _)| is_kept(view)).unzip();
     let mut moved = scene.clone();
     moved.lights.iter_mut().for_each(|light| light.viewpoints = 1);
     let centers = LightPoints { lights: moved.lights.clone(), views, maps };
@@ -61,12 +63,16 @@ pub(super) fn mean_over_points(
             lights.map(|(index, light)| light_at(light, index, scene, views, i)).collect();
         let mut points = LightPoints { lights: moved.lights.clone(), ..centers.clone() };
         let fitted = fit(&moved);
-        let soft: Vec<usize> = (0..views.len()).filter(|&k| has_area(&views[k])).collect();
+        let same = |view: &View| {
+            fitted.iter().find(|fitted| (fitted.light, fitted.name) == (view.light, view.name))
+        };
+        let soft = (0..views.len()).filter(|&k| has_area(&views[k]));
+        let soft: Vec<(usize, &View)> = soft.filter_map(|k| Some((k, same(&views[k])?))).collect();
         let mut counters = Counters::default();
         let rendered: Vec<_> =
-            soft.iter().map(|&k| records.render(&fitted[k], &mut counters)).collect();
-        for (&k, maps) in soft.iter().zip(&rendered) {
-            (points.views[k], points.maps[k]) = (fitted[k].clone(), maps);
+            soft.iter().map(|(_, view)| records.render(view, &mut counters)).collect();
+        for (&(k, view), maps) in soft.iter().zip(&rendered) {
+            (points.views[k], points.maps[k]) = (view.clone(), maps);
         }
         let light = evaluate(&points);
         sum.resize(light.len(), Vec3::ZERO);

@@ -1,6 +1,7 @@
 //! Places of a picture beside edges of shadows.
+use super::window::Window;
 use crate::{
-    model::{Material, Projection, Scene, Transfer, View},
+    model::{Material, Projection, Scene, Source, Transfer, View},
     view::raster::{Image, Nearest, Raster},
 };
 use glam::{DMat2, DVec2, DVec3, IVec2, UVec2, Vec3};
@@ -9,10 +10,19 @@ use glam::{DMat2, DVec2, DVec3, IVec2, UVec2, Vec3};
 const FINENESS: f64 = 0.6;
 /// Pixels of the picture per pixel of the small picture, each way.
 const COARSE: u32 = 8;
-/// Edge of the small map \[texels\].
+/// Texels across half a penumbra in a window; those of whole maps are chosen by `soft.rs`.
+const PENUMBRA_TEXELS: f64 = 4.0;
+/// Edge of a small map \[texels\].
 const MAP: u32 = 512;
-/// Texels of the small map around a place that are searched for an edge.
+/// Most small maps of a view, each of a part of the one before.
+const MAPS: usize = 4;
+/// Levels of a small map: the last has 8 x 8 texels.
+const LEVELS: usize = 7;
+/// Texels of a level around a place that are searched for an edge.
 const EDGES: i32 = 2;
+/// Widest texel of a small map, in the widest that are narrow enough for the picture: it sees occluders of
+/// some pixels.
+const CELL: f64 = 4.0;
 /// Least cosine at which a surface is measured.
 const MIN_COSINE: f64 = 0.1;
 
@@ -23,6 +33,8 @@ pub(in crate::view) struct Seen {
     pub(in crate::view) place: DVec2,
     /// Widest texel there that is narrow enough, in the same unit.
     pub(in crate::view) texel: f64,
+    /// Distance from there of the occluders that a light with a size may see, in the same unit.
+    pub(super) reach: f64,
 }
 
 /// A surface of the picture, seen from a light.
@@ -60,10 +72,39 @@ impl<'a> ShownPicture<'a> {
 
     /// Places where the picture may show edges of shadows of `base`.
     pub(super) fn places(&self, base: &View) -> Vec<Seen> {
-        let map = Raster::new(base, UVec2::splat(MAP));
-        let casts = |material: &Material| material.casts && material.transfer != Transfer::None;
-        let nearest = map.nearest(self.scene, casts);
-        self.seen.hits().filter_map(|hit| self.place(hit, base, &map, &nearest)).collect()
+        let received = |hit| Some((hit, self.receiver(hit, base)?));
+        let surfaces: Vec<_> = self.seen.hits().filter_map(received).collect();
+        let mut maps = vec![SmallMap::new(self.scene, base.clone(), base.scale.recip().into())];
+        while maps.len() < MAPS {
+            let last = &maps[maps.len() - 1];
+            let is_coarse = |surface: &ShownSurface| surface.seen.texel * CELL < last.cell;
+            let fine =
+                surfaces.iter().filter(|(hit, surface)| last.sees(hit) && is_coarse(surface));
+            let Some(part) = Window::of_small_map(fine.map(|(_, surface)| surface.seen.place), MAP)
+            else {
+                break;
+            };
+            if part.texel > 0.5 * last.cell {
+                break;
+            }
+            maps.push(SmallMap::new(self.scene, part.view(self.scene, base), part.texel));
+        }
+        let axes = base.light.and_then(|index| {
+            let light = &self.scene.lights[index];
+            Some(source_axes(base, &light.area()?.part(light.viewpoint_count())))
+        });
+        let [short, long] = axes.map_or([0.0; 2], |[a, b]| {
+            let [a, b] = [a.length(), b.length()];
+            [a.min(b), a.max(b)]
+        });
+        let place = |(hit, surface): &(&Nearest, ShownSurface)| {
+            let edge = self.edge(hit, surface, &maps, base.scale.recip().into())?;
+            let texel = surface.seen.texel.max(edge.off);
+            let texel =
+                if short > 0.0 { texel.max(short * edge.nearest / PENUMBRA_TEXELS) } else { texel };
+            Some(Seen { texel, reach: long * edge.farthest, ..surface.seen })
+        };
+        surfaces.iter().filter_map(place).collect()
     }
 
     /// Surfaces at some of the picture's pixels.
@@ -71,26 +112,66 @@ impl<'a> ShownPicture<'a> {
         self.seen.hits()
     }
 
-    fn place(&self, hit: &Nearest, base: &View, map: &Raster, nearest: &Image) -> Option<Seen> {
-        let at = map.texel_of(hit.point)?;
-        let receiver = self.receiver(hit, base)?;
-        let cell =
-            f64::from(base.size.x) / f64::from(MAP) / f64::from(base.scale) * receiver.spread;
-        let cover = |texel: IVec2| {
-            let hit_there = nearest.at(texel)?;
-            let material = self.scene.triangles[hit_there.triangle as usize].material;
-            let is_opaque = self.scene.materials[material as usize].transfer.is_opaque();
-            let is_in_front = (hit_there.point - hit.point).dot(receiver.normal) > 0.5 * cell;
-            is_in_front.then_some(if is_opaque { u32::MAX } else { material })
-        };
-        let around =
-            (-EDGES..=EDGES).flat_map(|y| (-EDGES..=EDGES).map(move |x| at + IVec2::new(x, y)));
-        let mut around = around.filter(|&texel| map.contains(texel));
-        let covers = cover(at);
-        if around.all(|texel| cover(texel) == covers) {
-            return None;
+    /// The nearest edge of a shadow that texels of the width `coarsest` would mix into the light of a
+    /// surface.
+    /// `maps`: from the whole view to its smallest part.
+    fn edge(
+        &self,
+        hit: &Nearest,
+        surface: &ShownSurface,
+        maps: &[SmallMap],
+        coarsest: f64,
+    ) -> Option<Edge> {
+        let mut off = 0.0;
+        for map in maps.iter().rev() {
+            let Some(at) = map.raster.texel_of(hit.point) else { continue };
+            for (level, image) in map.levels.iter().enumerate() {
+                let cell = map.cell * f64::from(1 << level);
+                if off >= coarsest {
+                    return None;
+                }
+                if cell <= off {
+                    continue;
+                }
+                let around = image.around(at >> level as u32);
+                if let Some(edge) = self.edge_among(around, hit, surface, map) {
+                    return Some(Edge { off, ..edge });
+                }
+                off = cell;
+            }
         }
-        Some(receiver.seen)
+        None
+    }
+
+    /// An edge among the occluders `around` a surface, of which the first is in the middle.
+    fn edge_among<'b>(
+        &self,
+        around: impl Iterator<Item = Option<&'b Nearest>>,
+        hit: &Nearest,
+        surface: &ShownSurface,
+        map: &SmallMap,
+    ) -> Option<Edge> {
+        let cover = |hit_there: Option<&Nearest>| {
+            let Nearest { point, triangle } = *hit_there?;
+            let material = self.scene.triangles[triangle as usize].material;
+            let is_opaque = self.scene.materials[material as usize].transfer.is_opaque();
+            let before = (point - hit.point).dot(surface.normal);
+            let occluder = if is_opaque { u32::MAX } else { material };
+            (before > 0.5 * map.cell * surface.spread).then_some((occluder, point))
+        };
+        let mut edge = Edge { off: 0.0, nearest: f64::INFINITY, farthest: 0.0 };
+        let mut middle = None;
+        let mut is_edge = false;
+        for cover in around.map(cover) {
+            let occluder = cover.map(|(occluder, _)| occluder);
+            is_edge |= occluder != *middle.get_or_insert(occluder);
+            if let Some((_, point)) = cover {
+                let aside = map.aside(point, hit.point);
+                edge.nearest = edge.nearest.min(aside);
+                edge.farthest = edge.farthest.max(aside);
+            }
+        }
+        is_edge.then_some(edge)
     }
 
     /// A surface of the picture, seen from a light; `None` if the light is nearly in its plane.
@@ -131,11 +212,79 @@ impl<'a> ShownPicture<'a> {
         let area = picture_from_light.determinant();
         let stretch = ((sum + (sum * sum - 4.0 * area * area).max(0.0).sqrt()) * 0.5).sqrt();
         let place = in_light.truncate() / spread;
-        let seen = Seen { place, texel: FINENESS / stretch };
+        let seen = Seen { place, texel: FINENESS / stretch, reach: 0.0 };
         (stretch.is_finite() && stretch > 0.0 && place.is_finite()).then_some(ShownSurface {
             normal,
             spread,
             seen,
         })
+    }
+}
+
+/// An edge of a shadow beside a place.
+struct Edge {
+    /// Width of texels that do not reach it from the place, in the unit of [`Seen::place`].
+    off: f64,
+    /// Offsets on the light's plane of rays that pass the occluders, per metre of the source.
+    nearest: f64,
+    farthest: f64,
+}
+
+/// Occluders that a light sees, in a part of its view.
+struct SmallMap {
+    raster: Raster,
+    /// Each with a texel for 2 x 2 of the one before, that of the occluder nearest to the light.
+    levels: Vec<Image>,
+    /// Edge of a texel, in the unit of [`Seen::place`].
+    cell: f64,
+    view: View,
+}
+
+impl SmallMap {
+    /// `texel`: of the view.
+    fn new(scene: &Scene, view: View, texel: f64) -> Self {
+        let raster = Raster::new(&view, UVec2::splat(MAP));
+        let casts = |material: &Material| material.casts && material.transfer != Transfer::None;
+        let mut levels = vec![raster.nearest(scene, casts)];
+        let view_from_world = view.view_from_world.as_dmat4();
+        let depth = |hit: &Nearest| -view_from_world.transform_point3(hit.point).z;
+        while levels.len() < LEVELS {
+            levels.push(levels[levels.len() - 1].halved(depth));
+        }
+        let cell = texel * f64::from(view.size.x) / f64::from(MAP);
+        Self { raster, levels, cell, view }
+    }
+
+    fn sees(&self, hit: &Nearest) -> bool {
+        self.raster.texel_of(hit.point).is_some()
+    }
+
+    /// Offset on the light's plane of a ray that passes an occluder, per metre of the source.
+    fn aside(&self, occluder: DVec3, receiver: DVec3) -> f64 {
+        let view_from_world = self.view.view_from_world.as_dmat4();
+        let [near, far] =
+            [occluder, receiver].map(|point| -view_from_world.transform_point3(point).z);
+        let is_wide = self.view.projection == Projection::Perspective;
+        if is_wide { near.recip() - far.recip() } else { far - near }.max(0.0)
+    }
+}
+
+impl Image {
+    /// A texel and those around it, [`EDGES`] each way.
+    fn around(&self, at: IVec2) -> impl Iterator<Item = Option<&Nearest>> {
+        let steps = (-EDGES..=EDGES).flat_map(|y| (-EDGES..=EDGES).map(move |x| IVec2::new(x, y)));
+        let texels = std::iter::once(IVec2::ZERO).chain(steps).map(move |step| at + step);
+        texels.filter(|&texel| self.contains(texel)).map(|texel| self.at(texel))
+    }
+}
+
+/// Half axes of a disc with the variance of a source, along x and y in a view \[m\]; for a sun, slopes.
+pub(in crate::view) fn source_axes(view: &View, source: &Source) -> [DVec2; 2] {
+    let half_axes = source.half_axes();
+    match source {
+        Source::Disc { .. } | Source::Rect { .. } => {
+            half_axes.map(|axis| view.view_from_world.transform_vector3(axis).as_dvec3().truncate())
+        }
+        _ => [DVec2::X, DVec2::Y].map(|axis| axis * f64::from(half_axes[0].x)),
     }
 }

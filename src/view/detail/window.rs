@@ -1,7 +1,7 @@
 //! Candidates for windows, around places that need fine texels.
 use super::{LARGEST, Seen};
 use crate::{
-    model::{Light, LightKind, Scene, View},
+    model::{LightKind, Scene, Shadow, View},
     view::{
         fit::{depth_range, light_up, looking},
         window::{BORDER, rounded_up, snapped, stepped},
@@ -9,8 +9,10 @@ use crate::{
 };
 use glam::{DVec2, Mat4, UVec2};
 
-/// Share of a window's half edge over which it fades.
-pub(super) const FADE: f32 = 0.05;
+/// Share of a window's half edge over which it fades, for a light without a size.
+const FADE: f32 = 0.05;
+/// Largest share.
+const MOST_FADE: f32 = 0.5;
 /// Least number of places for a window.
 const LEAST: usize = 6;
 /// Number of times that places are halved, to try windows around the halves.
@@ -28,6 +30,8 @@ pub(super) struct Window {
     pub(super) texel: f64,
     /// Edge \[texels\].
     pub(super) size: u32,
+    /// Width around the places from which a light with a size sees occluders, over which the window fades.
+    margin: f64,
 }
 
 /// Windows around all places that need texels finer than a limit, for limits half an octave apart, and around
@@ -63,7 +67,7 @@ fn corners(seen: &[Seen]) -> [DVec2; 2] {
     [low, seen.iter().fold(DVec2::NEG_INFINITY, |high, seen| high.max(seen.place))]
 }
 
-/// Texels of a window inside its border and fade.
+/// Texels of a window inside its border and [`FADE`].
 fn inner(size: u32) -> f64 {
     f64::from(size) * f64::from(1.0 - FADE) - 2.0 * BORDER
 }
@@ -74,12 +78,27 @@ impl Window {
     fn around(seen: &[Seen], largest: u32, coarsest: f64) -> Option<Self> {
         let [low, high] = corners(seen);
         let needed = seen[seen.len() / FEW].texel;
-        let edge = rounded_up((high - low).max_element(), STEPS[0]);
+        let margin = seen.iter().map(|seen| seen.reach).fold(0.0, f64::max);
+        let edge = rounded_up((high - low).max_element() + 2.0 * margin, STEPS[0]);
         let sizes =
             (0..4).rev().flat_map(|octave| [(largest >> octave) * 3 / 4, largest >> octave]);
         let size = sizes.into_iter().find(|&size| edge / inner(size) <= needed).unwrap_or(largest);
         let texel = rounded_up(edge / inner(size), STEPS[1]);
-        (texel < coarsest).then_some(Self { low, high, texel, size })
+        let window = Self { low, high, texel, size, margin };
+        (texel < coarsest && window.fade() <= MOST_FADE).then_some(window)
+    }
+
+    /// A window of `size` texels around places, for a small map; `None` without places.
+    pub(super) fn of_small_map(places: impl Iterator<Item = DVec2>, size: u32) -> Option<Self> {
+        let none = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        let [low, high] = places.fold(none, |[low, high], at| [low.min(at), high.max(at)]);
+        let edge = (high - low).max_element();
+        (edge > 0.0).then(|| Self { low, high, texel: edge / inner(size), size, margin: 0.0 })
+    }
+
+    /// Share of its half edge over which it fades.
+    pub(super) fn fade(&self) -> f32 {
+        FADE + (2.0 * self.margin / (self.texel * f64::from(self.size))) as f32
     }
 
     /// Share of the largest window's texels.
@@ -95,7 +114,8 @@ impl Window {
         let middle = (self.low + self.high) * 0.5;
         let size = UVec2::splat(self.size);
         let light = base.light.map(|index| &scene.lights[index]);
-        let Some(&Light { kind: LightKind::Spot { position, .. }, far, .. }) = light else {
+        let shadow = light.and_then(|light| light.all_shadows().nth(base.shadow_index(light)));
+        let Some(Shadow { kind: LightKind::Spot { position, .. }, far, .. }) = shadow else {
             let middle = snapped(middle, self.texel).as_vec2();
             let view_from_world =
                 Mat4::from_translation(-middle.extend(0.0)) * base.view_from_world;
@@ -107,7 +127,8 @@ impl Window {
             };
         };
         // A cone of its own around the window, which turns in steps.
-        let step = rounded_up((self.high - self.low).max_element(), STEPS[0]) / 8.0;
+        let edge = (self.high - self.low).max_element() + 2.0 * self.margin;
+        let step = rounded_up(edge, STEPS[0]) / 8.0;
         let middle = snapped(middle, step);
         let from_view = base.view_from_world.inverse();
         let along = from_view.transform_vector3(middle.as_vec2().extend(-1.0)).normalize();
@@ -123,7 +144,8 @@ impl Window {
             let p = turned.transform_point3(DVec2::new(x, y).as_vec2().extend(-1.0));
             (p.truncate() / -p.z).abs().max_element()
         });
-        let reach = rounded_up(reach.into_iter().fold(0.0, f32::max).into(), STEPS[0]);
+        let reach = f64::from(reach.into_iter().fold(0.0, f32::max)) + self.margin;
+        let reach = rounded_up(reach, STEPS[0]);
         let scale = (inner(self.size) * 0.5 / reach) as f32;
         let (_, deepest) = depth_range(&view_from_world, &scene.held_bounds());
         let far = stepped(far.map_or(deepest * 1.01, |far| far * 2.0)).max(1e-4);

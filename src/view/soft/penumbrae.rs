@@ -6,7 +6,7 @@
 use crate::{
     model::{Light, Material, Projection, Scene, Source, Transfer, View},
     view::{
-        detail::ShownPicture,
+        detail::{ShownPicture, source_axes},
         raster::{Layer, Layers, Nearest, Raster},
     },
 };
@@ -119,12 +119,7 @@ impl<'a> SmallView<'a> {
         let raster = Raster::new(view, UVec2::splat(MAP));
         let casts = |material: &Material| material.casts && material.transfer != Transfer::None;
         let layers = raster.layers(scene, casts);
-        let axes = match source {
-            Source::Disc { .. } | Source::Rect { .. } => source
-                .half_axes()
-                .map(|axis| view.view_from_world.transform_vector3(axis).as_dvec3().truncate()),
-            _ => [DVec2::X, DVec2::Y].map(|axis| axis * f64::from(source.half_axes()[0].x)),
-        };
+        let axes = source_axes(view, source);
         let is_rect = matches!(source, Source::Rect { .. });
         let points = (0..POINTS).map(|i| {
             let u = (f64::from(i) + 0.5) / f64::from(POINTS);

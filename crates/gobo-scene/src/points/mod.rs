@@ -345,7 +345,7 @@ fn discs(
         });
     }
     let radius = wanted.radius.unwrap_or_else(|| {
-        let radius = spacing::radius(&particles);
+        let radius = spacing::radius(&particles).min(FARTHEST);
         notes.push(format!(
             "{name}: discs have a radius of {radius:.3} m, by the spacing of points"
         ));
