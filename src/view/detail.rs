@@ -13,7 +13,7 @@ use super::{
 };
 use crate::model::{LightKind, Scene, ShadowFilter, WindowsKey};
 use places::Seen;
-pub(in crate::view) use places::{ShownPicture, source_axes};
+pub(in crate::view) use places::{ShownPicture, TEXELS, source_axes};
 use window::Window;
 
 mod places;
@@ -28,6 +28,9 @@ const LARGEST: u32 = 2048;
 const MOST_TEXELS: f64 = 4.0;
 /// Least gain of a window, per [`LARGEST`] texels of its edge: mean square of the excess width of texels.
 const PRICE: f64 = 0.0033;
+/// Least ratio of the light's own texels to those of a window, for a light with a size: its own maps are fine
+/// enough for most penumbrae, and windows need levels.
+const SOFT_GAIN: f64 = 2.0;
 /// Places for which the gain of a window is measured.
 const ASKED: usize = 1000;
 
@@ -131,11 +134,12 @@ fn windows(scene: &Scene, base: &View, mut seen: Vec<Seen>) -> Vec<View> {
     seen.sort_by(|a, b| a.texel.total_cmp(&b.texel));
     let coarsest = 1.0 / f64::from(base.scale);
     let largest = if scene.shadow.curve_nodes() == 0 { LARGEST } else { LARGEST / 2 };
-    let wishes = window::wishes(&seen, largest, coarsest);
+    let light = &scene.lights[base.light.expect("only views of lights have windows")];
+    let gain = if light.area().is_some() { SOFT_GAIN } else { 1.0 };
+    let wishes = window::wishes(&seen, largest, coarsest / gain);
     let asked: Vec<Seen> = seen.iter().step_by(seen.len() / ASKED + 1).copied().collect();
     let price =
         |window: &Window| PRICE * asked.len() as f64 * f64::from(window.size) / f64::from(LARGEST);
-    let light = &scene.lights[base.light.expect("only views of lights have windows")];
     let most = MOST_TEXELS / f64::from(light.viewpoint_count());
     let mut chosen: Vec<&Window> = Vec::new();
     let mut least = excess(&asked, &chosen, coarsest);

@@ -64,8 +64,8 @@ fn apart(a: &Picture, b: &Picture) -> f64 {
     a.rgb.iter().zip(&b.rgb).map(of_pixel).sum::<f64>() / a.rgb.len() as f64
 }
 
-/// Mean difference that maps of other texels leave at edges and contacts [1/255].
-const SAME: f64 = 0.25;
+/// Mean difference that texels of a pixel leave at edges and contacts [1/255].
+const SAME: f64 = 0.35;
 
 #[test]
 fn wide_grounds_keep_their_soft_shadows() {
@@ -77,7 +77,7 @@ fn wide_grounds_keep_their_soft_shadows() {
             let without = apart(&fine, &picture(&scene(ground, angle, "detail = false")));
             println!("{angle} degrees, {ground} m: {found:.3}, without windows {without:.3}");
             assert!(found < SAME, "{angle} degrees, {ground} m: {found}");
-            assert!(without > 1.5 * SAME, "{angle} degrees, {ground} m: {without}");
+            assert!(without > 1.5 * found, "{angle} degrees, {ground} m: {without}");
         }
     }
 }

@@ -10,8 +10,10 @@ use glam::{DMat2, DVec2, DVec3, IVec2, UVec2, Vec3};
 const FINENESS: f64 = 0.6;
 /// Pixels of the picture per pixel of the small picture, each way.
 const COARSE: u32 = 8;
-/// Texels across half a penumbra in a window; those of whole maps are chosen by `soft.rs`.
-const PENUMBRA_TEXELS: f64 = 4.0;
+/// Texels across a penumbra.
+pub(in crate::view) const TEXELS: f64 = 3.0;
+/// Width of a texel that is narrow enough where edges are penumbrae, in that of other lights.
+const SOFT: f64 = 2.0;
 /// Edge of a small map \[texels\].
 const MAP: u32 = 512;
 /// Most small maps of a view, each of a part of the one before.
@@ -99,9 +101,11 @@ impl<'a> ShownPicture<'a> {
         });
         let place = |(hit, surface): &(&Nearest, ShownSurface)| {
             let edge = self.edge(hit, surface, &maps, base.scale.recip().into())?;
-            let texel = surface.seen.texel.max(edge.off);
-            let texel =
-                if short > 0.0 { texel.max(short * edge.nearest / PENUMBRA_TEXELS) } else { texel };
+            let texel = match axes {
+                None => surface.seen.texel,
+                Some(_) => (SOFT * surface.seen.texel).max(2.0 * short * edge.nearest / TEXELS),
+            };
+            let texel = texel.max(edge.off);
             Some(Seen { texel, reach: long * edge.farthest, ..surface.seen })
         };
         surfaces.iter().filter_map(place).collect()

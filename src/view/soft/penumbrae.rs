@@ -6,7 +6,7 @@
 use crate::{
     model::{Light, Material, Projection, Scene, Source, Transfer, View},
     view::{
-        detail::{ShownPicture, source_axes},
+        detail::{ShownPicture, TEXELS, source_axes},
         raster::{Layer, Layers, Nearest, Raster},
     },
 };
@@ -24,8 +24,6 @@ const STEPS: u32 = 48;
 const ASKED: usize = 24_000;
 /// Number of penumbrae that suffice to know their widths.
 const ENOUGH: usize = 200;
-/// Texels across a penumbra.
-const TEXELS: f64 = 3.0;
 
 /// A place that a part of a light reaches.
 #[derive(Clone, Copy, Debug)]
