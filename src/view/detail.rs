@@ -136,7 +136,7 @@ fn windows(scene: &Scene, base: &View, mut seen: Vec<Seen>) -> Vec<View> {
     let largest = if scene.shadow.curve_nodes() == 0 { LARGEST } else { LARGEST / 2 };
     let light = &scene.lights[base.light.expect("only views of lights have windows")];
     let gain = if light.area().is_some() { SOFT_GAIN } else { 1.0 };
-    let wishes = window::wishes(&seen, largest, coarsest / gain);
+    let wishes = window::wishes(&seen, largest, [coarsest, coarsest / gain]);
     let asked: Vec<Seen> = seen.iter().step_by(seen.len() / ASKED + 1).copied().collect();
     let price =
         |window: &Window| PRICE * asked.len() as f64 * f64::from(window.size) / f64::from(LARGEST);

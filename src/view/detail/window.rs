@@ -35,9 +35,10 @@ pub(super) struct Window {
 }
 
 /// Windows around all places that need texels finer than a limit, for limits half an octave apart, and around
-/// parts of them. `seen`: in order of the texel that they need.
-pub(super) fn wishes(seen: &[Seen], largest: u32, coarsest: f64) -> Vec<Window> {
-    let limits = (0..).map(|i| coarsest * (-0.5 * f64::from(i)).exp2());
+/// parts of them. `seen`: in order of the texel that they need; `own`: the light's texel, and `coarsest`: the
+/// coarsest of a window.
+pub(super) fn wishes(seen: &[Seen], largest: u32, [own, coarsest]: [f64; 2]) -> Vec<Window> {
+    let limits = (0..).map(|i| own * (-0.5 * f64::from(i)).exp2());
     let counts = limits.map(|limit| seen.partition_point(|seen| seen.texel < limit));
     let counts = counts.take_while(|&count| count >= LEAST);
     let parts = counts.flat_map(|count| in_parts(seen[..count].to_vec(), HALVINGS));
