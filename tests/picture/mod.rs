@@ -21,6 +21,7 @@ mod lamps;
 mod lens;
 mod masks;
 mod models;
+mod moving_camera;
 mod near_surface;
 mod occlusion;
 mod records;
