@@ -37,5 +37,6 @@ mod steady;
 mod taken_light;
 mod teeth;
 mod touching;
+mod umbra;
 mod unlit;
 mod watch;
