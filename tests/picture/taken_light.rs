@@ -187,7 +187,7 @@ fn shadows_of_wires_have_all_samples() {
     assert!(apart < 25, "{apart} pixels");
 }
 
-/// A white slab a little off the rows of pixels, and a ball, from above in the sun; shadows fall to the right.
+/// A white slab a little off the rows of pixels, and a ball, from above in the sun.
 const SLAB: &str = "
 [camera]
 eye = [0, 5, 0]

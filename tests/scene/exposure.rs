@@ -97,6 +97,23 @@ fn the_exposure_is_that_of_what_is_bright() {
     }
 }
 
+/// Shadows are lit by the sky as under the default sun, however bright the file's own sun is.
+#[test]
+fn shadows_of_bright_lights_are_not_black() {
+    let sun = |lux: f32| model(&[(json!({ "type": "directional", "intensity": lux }), [0.0; 3])]);
+    let shown = |scene: &Scene| scene.mean_ambient() * scene.exposure.exp2();
+    let usual = shown(&load(&model(&[]), &[]));
+    for lux in [50.0, 100_000.0] {
+        let scene = load(&sun(lux), &[]);
+        assert!(scene.exposure < -2.0 && shown(&scene).distance(usual) < 1e-3, "{}", shown(&scene));
+        // Skies and exposures that are stated stay.
+        let ambient = load(&sun(lux), &[("environment.ambient", "[0.2, 0.2, 0.2]")]).mean_ambient();
+        assert!(ambient.distance(Vec3::splat(0.2)) < 1e-3, "{ambient}");
+        let kept = load(&sun(lux), &[("camera.exposure", "-1")]).mean_ambient();
+        assert!(kept.distance(usual) < 1e-3, "{kept}");
+    }
+}
+
 #[test]
 fn other_pictures_keep_their_exposure() {
     let sun = json!({ "type": "directional", "intensity": 2 });

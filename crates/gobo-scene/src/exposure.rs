@@ -13,8 +13,8 @@ const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 const SHORT: f32 = 1e-3;
 
 /// Exposure at which all but a tenth of the surfaces that are seen would be at most white if their material
-/// was \[stops\]: 0 or less.
-pub(super) fn exposure(scene: &Scene, camera: &Camera) -> f32 {
+/// was \[stops\]: 0 or less. `sky_follows`: the sky is as bright in the picture at any exposure.
+pub(super) fn exposure(scene: &Scene, camera: &Camera, sky_follows: bool) -> f32 {
     let rays = Rays::new(scene.triangles.iter(), &scene.materials);
     let seen = seen(&rays, camera, RAYS);
     let mut light: Vec<f32> = seen.iter().map(|met| luminance(scene, &rays, camera, met)).collect();
@@ -22,8 +22,10 @@ pub(super) fn exposure(scene: &Scene, camera: &Camera) -> f32 {
         return 0.0;
     }
     let rank = (light.len() as f32 * (1.0 - BURNT)) as usize;
-    let (_, bright, _) = light.select_nth_unstable_by(rank, f32::total_cmp);
-    if *bright > 1.0 && bright.is_finite() { -bright.log2() } else { 0.0 }
+    let (_, lamps, _) = light.select_nth_unstable_by(rank, f32::total_cmp);
+    let sky = scene.mean_ambient().dot(LUMINANCE);
+    let bright = if sky_follows { *lamps / (1.0 - sky) } else { *lamps + sky };
+    if bright > 1.0 && bright.is_finite() { -bright.log2() } else { 0.0 }
 }
 
 /// Surfaces that rays through a grid of the picture's places meet.
@@ -42,7 +44,7 @@ pub(super) fn seen<'a>(rays: &Rays<'a>, camera: &Camera, count: UVec2) -> Vec<Me
     places.filter_map(met).collect()
 }
 
-/// Light that a surface would scatter to the eye if it was white.
+/// Light of lamps that a surface would scatter to the eye if it was white.
 fn luminance(scene: &Scene, rays: &Rays<'_>, camera: &Camera, met: &Met<'_>) -> f32 {
     let material = &scene.materials[met.triangle.material as usize];
     if material.unlit || material.catcher {
@@ -52,8 +54,7 @@ fn luminance(scene: &Scene, rays: &Rays<'_>, camera: &Camera, met: &Met<'_>) -> 
     // Off the surface, so that it does not shadow itself.
     let place = met.place.lerp(camera.eye, SHORT);
     let lamps = scene.lights.iter().map(|light| arriving(light, rays, place, normal));
-    let all = scene.mean_ambient() + lamps.sum::<Vec3>() * FRAC_1_PI;
-    all.dot(LUMINANCE)
+    lamps.sum::<Vec3>().dot(LUMINANCE) * FRAC_1_PI
 }
 
 /// Irradiance by a light.
