@@ -264,7 +264,7 @@ fn load_contents(
     let given = document.camera.as_ref().and_then(|table| table.get_ref().exposure);
     if is_alone && given.is_none() && document.light.is_empty() && !scene.lights.is_empty() {
         scene.exposure = exposure(&scene, &scene.camera, has_usual_sky);
-        if has_usual_sky && scene.exposure < 0.0 {
+        if has_usual_sky && scene.exposure != 0.0 {
             let sky = Environment::of_sky(&Sky::default(), (-scene.exposure).exp2());
             scene.environment = Some(Arc::new(sky));
         }
