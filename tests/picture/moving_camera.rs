@@ -1,7 +1,7 @@
 //! Still objects in constant light look the same, wherever the camera is.
 //!
-//! It looks straight down at a ground from places whose pixels' centres are in one lattice there: the same
-//! places of the ground are in several pictures, exactly.
+//! The camera looks straight down at a ground from places whose pixels' centres are in one lattice there: the
+//! same places of the ground are in several pictures, exactly.
 use super::steady::VISIBLE;
 use crate::common::{files::read, gpu};
 use gobo::gpu::Tier;

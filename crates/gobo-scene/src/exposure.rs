@@ -17,8 +17,8 @@ const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 const SHORT: f32 = 1e-3;
 
 /// Exposure at which all but a tenth of the surfaces that are seen would be at most white if their material
-/// was \[stops\]. `sky_follows`: the sky is as bright in the picture at any exposure, and lamps that are faint
-/// beside it are raised, unless something glows.
+/// was \[stops\]. `sky_follows`: the sky is as bright in the picture at any exposure, and lamps that are
+/// faint beside it are raised, unless something glows.
 pub(super) fn exposure(scene: &Scene, camera: &Camera, sky_follows: bool) -> f32 {
     let rays = Rays::new(scene.triangles.iter(), &scene.materials);
     let seen = seen(&rays, camera, RAYS);
