@@ -189,6 +189,6 @@ fn light_stays_where_it_is_while_the_camera_moves() {
         assert!(kept.0 > 5000, "{name}: {} places", kept.0);
         assert_eq!(kept.1, 0, "{name}: {kept:?}");
         // The check must notice views that follow the camera.
-        assert!(alone.1 > 50, "{name}: {alone:?}");
+        assert!(alone.1 > 20, "{name}: {alone:?}");
     }
 }
