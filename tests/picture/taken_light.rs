@@ -187,6 +187,91 @@ fn shadows_of_wires_have_all_samples() {
     assert!(apart < 25, "{apart} pixels");
 }
 
+/// A white slab a little off the rows of pixels, and a ball, from above in the sun.
+const SLAB: &str = "
+[camera]
+eye = [0, 5, 0]
+target = [0, 0, 0]
+up = [0, 0, -1]
+fov_y = 30
+size = [160, 120]
+occlusion = false
+[[light]]
+kind = 'directional'
+direction = [0.5, -1, 0.2]
+intensity = 2.5
+[[material]]
+name = 'white'
+transfer = 'opaque'
+tint = [0.8, 0.8, 0.8, 1]
+roughness = 1
+[[material]]
+name = 'dark'
+transfer = 'opaque'
+tint = [0.1, 0.1, 0.1, 1]
+roughness = 1
+[[shape]]
+kind = 'plane'
+material = 'dark'
+scale = [20, 1, 20]
+[[shape]]
+kind = 'box'
+material = 'white'
+translation = [0, 0.05, 0]
+rotation = [0, 7, 0]
+scale = [1.2, 0.1, 1.8]
+[[shape]]
+kind = 'sphere'
+material = 'white'
+translation = [-1.3, 0.2, 0]
+scale = [0.3, 0.3, 0.3]
+";
+
+/// Distance of the slab's left edge from a straight line, root mean square over rows [pixels], and the number
+/// of pixels that it crosses.
+fn roughness(picture: &[[u8; 3]]) -> (f64, usize) {
+    // Tones are averaged before they are encoded.
+    let tone = |at: usize| {
+        let encoded = f64::from(picture[at][1]) / 255.0;
+        if encoded > 0.04045 { ((encoded + 0.055) / 1.055).powf(2.4) } else { encoded / 12.92 }
+    };
+    let (mut edges, mut crossed) = (Vec::new(), 0);
+    for row in 30..90 {
+        let [dark, white] = [38, 66].map(|column| tone(row * 160 + column));
+        let shares = (38..66).map(|column| (tone(row * 160 + column) - dark) / (white - dark));
+        crossed += shares.clone().filter(|share| (0.05..0.95).contains(share)).count();
+        edges.push((row as f64 - 59.5, shares.sum::<f64>()));
+    }
+    let mean = edges.iter().map(|edge| edge.1).sum::<f64>() / edges.len() as f64;
+    let square: f64 = edges.iter().map(|(row, _)| row * row).sum();
+    let slope = edges.iter().map(|(row, edge)| row * edge).sum::<f64>() / square;
+    let off = edges.iter().map(|(row, edge)| (edge - mean - slope * row).powi(2)).sum::<f64>();
+    ((off / edges.len() as f64).sqrt(), crossed)
+}
+
+/// Edges of objects are as smooth as those of samples that share nothing.
+#[test]
+fn edges_of_objects_are_as_smooth() {
+    let mut scene = crate::common::files::read(SLAB).unwrap_or_else(|error| panic!("{error}"));
+    let mut renderer = Renderer::on(gpu(TIERS[0])).unwrap();
+    let mut picture =
+        |scene: &Scene| renderer.render(scene, &RenderOptions::default()).unwrap().picture.rgb;
+    let shared = picture(&scene);
+    scene.samples = 1;
+    let single = roughness(&picture(&scene));
+    // Through a lens, samples share nothing.
+    (scene.samples, scene.lens.radius) = (4, 1e-7);
+    let alone = picture(&scene);
+    let (of_shared, of_alone) = (roughness(&shared), roughness(&alone));
+    let apart = |(a, b): (&[u8; 3], &[u8; 3])| (0..3).map(|i| a[i].abs_diff(b[i])).max();
+    let most = shared.iter().zip(&alone).filter_map(apart).max();
+    println!("{of_shared:?}, {of_alone:?}, {single:?}, {most:?}");
+    // The check must notice the stairs of single samples.
+    assert!(single.0 > 2.0 * of_alone.0 && of_alone.1 > 40, "{single:?}, {of_alone:?}");
+    assert!((of_shared.0 - of_alone.0).abs() < 0.005 && of_shared.1 == of_alone.1, "{of_shared:?}");
+    assert!(most <= Some(4), "{most:?}");
+}
+
 /// Light that is taken over is that at the sample's own place: the lamp's light falls towards the border.
 #[test]
 fn light_that_is_taken_over_follows_its_slope() {

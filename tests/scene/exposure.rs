@@ -97,6 +97,49 @@ fn the_exposure_is_that_of_what_is_bright() {
     }
 }
 
+/// Shadows are lit by the sky as under the default sun, however bright the file's own sun is.
+#[test]
+fn shadows_of_bright_lights_are_not_black() {
+    let sun = |lux: f32| model(&[(json!({ "type": "directional", "intensity": lux }), [0.0; 3])]);
+    let shown = |scene: &Scene| scene.mean_ambient() * scene.exposure.exp2();
+    let usual = shown(&load(&model(&[]), &[]));
+    for lux in [50.0, 100_000.0] {
+        let scene = load(&sun(lux), &[]);
+        assert!(scene.exposure < -2.0 && shown(&scene).distance(usual) < 1e-3, "{}", shown(&scene));
+        // Skies and exposures that are stated stay.
+        let ambient = load(&sun(lux), &[("environment.ambient", "[0.2, 0.2, 0.2]")]).mean_ambient();
+        assert!(ambient.distance(Vec3::splat(0.2)) < 1e-3, "{ambient}");
+        let kept = load(&sun(lux), &[("camera.exposure", "-1")]).mean_ambient();
+        assert!(kept.distance(usual) < 1e-3, "{kept}");
+    }
+}
+
+/// Lamps that the sky would outshine are seen, by as many candelas as their file states.
+#[test]
+fn faint_lamps_are_seen_beside_the_sky() {
+    let usual = load(&model(&[]), &[]).mean_ambient();
+    let mut exposures = Vec::new();
+    for candela in [150.0, 300.0, 600.0] {
+        let lamp = json!({ "type": "point", "intensity": candela });
+        let lit = model(&[(lamp, [0.3, 2.5, 0.4])]);
+        let scene = load(&lit, &[]);
+        let shown = scene.mean_ambient() * scene.exposure.exp2();
+        assert!(shown.distance(usual) < 1e-3, "{shown}");
+        exposures.push(scene.exposure);
+        let mut glowing = lit;
+        glowing.json["materials"][0]["emissiveFactor"] = json!([1, 1, 1]);
+        assert_eq!(load(&glowing, &[]).exposure, 0.0);
+    }
+    // Twice the light, a stop less.
+    let steps = exposures.windows(2).map(|pair| pair[0] - pair[1]);
+    assert!(
+        exposures[2] > 0.5 && steps.clone().all(|step| (step - 1.0).abs() < 0.01),
+        "{exposures:?}"
+    );
+    let candle = json!({ "type": "point", "intensity": 1e-4 });
+    assert_eq!(load(&model(&[(candle, [0.3, 2.5, 0.4])]), &[]).exposure, 5.0);
+}
+
 #[test]
 fn other_pictures_keep_their_exposure() {
     let sun = json!({ "type": "directional", "intensity": 2 });

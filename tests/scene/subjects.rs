@@ -206,6 +206,21 @@ fn rooms_of_all_shapes_are_seen_from_within() {
     }
 }
 
+/// A corridor is seen along its middle, from either end: no wall hides half of it.
+#[test]
+fn corridors_are_seen_along_their_middle() {
+    let chest = block([-0.3, 0.0, -0.4], [0.5, 0.8, 0.4], true);
+    for [half_x, half_z] in [[1.0, 8.0], [12.0, 1.2]] {
+        let walls = block([-half_x, 0.0, -half_z], [half_x, 2.5, half_z], false);
+        let scene = scene(&[walls, chest.clone()]);
+        let eye = scene.camera.eye + scene.origin;
+        let [along, aside] = if half_x > half_z { [eye.x, eye.z] } else { [eye.z, eye.x] };
+        let [long, narrow] = [half_x.max(half_z), half_x.min(half_z)];
+        assert!(along.abs() > 0.6 * long && along.abs() < long, "{eye}");
+        assert!(aside.abs() < 0.5 * narrow, "{eye}");
+    }
+}
+
 /// A cloth that lies flat for the most part has a ground of its own; a slab with a post has its floor.
 #[test]
 fn cloths_are_no_floors() {

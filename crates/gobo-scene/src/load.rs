@@ -241,7 +241,8 @@ fn load_contents(
     }
     let around = document.environment.as_ref().map(Spanned::get_ref);
     let is_said = around.is_some_and(|table| table.ambient.is_some() || table.background.is_some());
-    if is_alone && scene.environment.is_none() && !is_said {
+    let has_usual_sky = is_alone && scene.environment.is_none() && !is_said;
+    if has_usual_sky {
         scene.environment = Some(usual_sky());
     }
     // Before the ground is added: the camera looks at the contents of the file.
@@ -262,7 +263,11 @@ fn load_contents(
     }
     let given = document.camera.as_ref().and_then(|table| table.get_ref().exposure);
     if is_alone && given.is_none() && document.light.is_empty() && !scene.lights.is_empty() {
-        scene.exposure = exposure(&scene, &scene.camera);
+        scene.exposure = exposure(&scene, &scene.camera, has_usual_sky);
+        if has_usual_sky && scene.exposure != 0.0 {
+            let sky = Environment::of_sky(&Sky::default(), (-scene.exposure).exp2());
+            scene.environment = Some(Arc::new(sky));
+        }
     }
     if scene.lights.is_empty() {
         scene.lights.push(defaults::sun());

@@ -25,6 +25,10 @@ const TARGET: f32 = 0.35;
 const LAMP: f32 = 0.88;
 /// Least distance of the eye to what is around it [widths of the room].
 const NEAR: f32 = 0.03;
+/// Share of the way across the room by which an eye may be nearer than a corner if it is so many times as
+/// far from walls.
+const NEARER: f32 = 0.1;
+const OFF_WALL: f32 = 3.0;
 /// Rays of the picture from outside.
 const RAYS: UVec2 = UVec2::new(32, 18);
 /// Thickness of walls [widths of the room].
@@ -91,7 +95,16 @@ impl Interior {
             it.nearest > NEAR * size.x.min(size.z)
                 && rays.first(it.eye, it.middle - it.eye).is_none_or(|met| is_clear(met.distance))
         };
-        let from = places.iter().filter(is_free).max_by(|a, b| score(a).total_cmp(&score(b)))?;
+        let free = places.iter().filter(is_free);
+        let corner = free.clone().max_by(|a, b| score(a).total_cmp(&score(b)))?;
+        // Not along a corridor's wall.
+        let across = (corner.middle - corner.eye).with_y(0.0);
+        let is_off_wall = |it: &&Standpoint| {
+            let nearer = (it.eye - corner.eye).dot(across) / across.length_squared();
+            nearer <= NEARER && it.nearest >= OFF_WALL * corner.nearest
+        };
+        let off_wall = free.filter(is_off_wall).max_by(|a, b| a.nearest.total_cmp(&b.nearest));
+        let from = off_wall.unwrap_or(corner);
         let target = from.middle.with_y(from.level);
         Some(Self { eye: from.eye, target, lamp: middle.lamp })
     }
