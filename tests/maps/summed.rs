@@ -10,7 +10,7 @@ use gobo_scene::Scene;
 /// Splats of many tiles, discs, puffs, fur and glass around an opaque ball. `splats`: their number.
 fn clutter(splats: u32) -> Scene {
     let toml = format!(
-        "[shadow]\nsize = 96\n[[light]]\nkind = 'directional'\ndirection = [0.2, -1, 0.1]\n\
+        "[shadow]\nsize = 96\ndetail = false\n[[light]]\nkind = 'directional'\ndirection = [0.2, -1, 0.1]\n\
          [[light]]\nkind = 'spot'\nposition = [1, 4, 1]\ndirection = [-0.2, -1, -0.2]\nangle = 60\n\
          [[material]]\nname = 'smoke'\ntint = [0.9, 0.5, 0.3, 0.05]\n\
          [[material]]\nname = 'puff'\nshape = 'puff'\ntint = [0.2, 0.5, 0.9, 0.1]\n\
