@@ -22,7 +22,8 @@ const TOLERANCE: Tolerance = Tolerance { filter: 8e-3, depth: 1e-5, undecided: 0
 
 /// `size` of a map [texels].
 fn small(name: &str, size: &str) -> Scene {
-    let mut set = vec![("camera.size", "[64, 36]"), ("shadow.size", size)];
+    let mut set =
+        vec![("camera.size", "[64, 36]"), ("shadow.size", size), ("shadow.detail", "false")];
     if name == "projector" {
         // Its slide has edges finer than a texel of a small map.
         let checks = r#"{ generate = "checks", cells = 8, size = 256 }"#;

@@ -8,6 +8,7 @@ size = [96, 64]
 samples = 1
 
 [shadow]
+detail = false
 size = 64
 receiver = "curve"
 nodes = 8
