@@ -35,7 +35,7 @@ pub(in crate::view) struct Seen {
     pub(in crate::view) place: DVec2,
     /// Widest texel there that is narrow enough, in the same unit.
     pub(in crate::view) texel: f64,
-    /// Distance from there of the occluders that a light with a size may see, in the same unit.
+    /// Radius of the penumbra there: occluders as far aside shade it, in the same unit; 0 without a size.
     pub(super) reach: f64,
 }
 
@@ -117,8 +117,7 @@ impl<'a> ShownPicture<'a> {
     }
 
     /// The nearest edge of a shadow that texels of the width `coarsest` would mix into the light of a
-    /// surface.
-    /// `maps`: from the whole view to its smallest part.
+    /// surface. `maps`: from the whole view to its smallest part.
     fn edge(
         &self,
         hit: &Nearest,
@@ -147,7 +146,7 @@ impl<'a> ShownPicture<'a> {
         None
     }
 
-    /// An edge among the occluders `around` a surface, of which the first is in the middle.
+    /// An edge among the occluders `around` a surface, of which the first is the one in its own texel.
     fn edge_among<'b>(
         &self,
         around: impl Iterator<Item = Option<&'b Nearest>>,

@@ -30,7 +30,8 @@ pub(super) struct Window {
     pub(super) texel: f64,
     /// Edge \[texels\].
     pub(super) size: u32,
-    /// Width around the places from which a light with a size sees occluders, over which the window fades.
+    /// Largest radius of a penumbra at the places, in the unit of [`Seen::place`]: the window fades over it,
+    /// because occluders outside are missing there.
     margin: f64,
 }
 
