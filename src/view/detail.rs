@@ -4,6 +4,9 @@
 //! may be visible, and the widest texel there that is no wider than a pixel (`places.rs`). Edges that they
 //! miss have the texels of the light's own map.
 //!
+//! How fine texels must be follows from `FINENESS`, `TEXELS` and [`SOFT`], what windows may cost from
+//! [`PRICE`], [`LARGEST`] and [`MOST_TEXELS`]; the other constants bound the search.
+//!
 //! A moving scene is sampled at the moments of its [`Course`](crate::model::Course), so that a light at rest
 //! has the same windows in all frames, whatever moves beside it; a moving light has windows for each frame.
 use super::{
@@ -12,7 +15,7 @@ use super::{
     fit::{MOST_DETAILS, detail_names, fitted_views},
 };
 use crate::model::{LightKind, Scene, ShadowFilter, WindowsKey};
-use places::Seen;
+use places::{COARSE, Seen};
 pub(in crate::view) use places::{ShownPicture, TEXELS, source_axes};
 use window::Window;
 
@@ -28,9 +31,10 @@ const LARGEST: u32 = 2048;
 const MOST_TEXELS: f64 = 4.0;
 /// Least gain of a window, per [`LARGEST`] texels of its edge: mean square of the excess width of texels.
 const PRICE: f64 = 0.0033;
-/// Least ratio of the light's own texels to those of a window, for a light with a size: its own maps are fine
-/// enough for most penumbrae, and windows need levels.
-const SOFT_GAIN: f64 = 2.0;
+/// Width of a texel that is narrow enough for a light with a size, in that for other lights; and the least
+/// ratio of its own texels to those of a window: its own maps are fine enough for most penumbrae, and windows
+/// need levels.
+const SOFT: f64 = 2.0;
 /// Places for which the gain of a window is measured.
 const ASKED: usize = 1000;
 
@@ -135,7 +139,7 @@ fn windows(scene: &Scene, base: &View, mut seen: Vec<Seen>) -> Vec<View> {
     let coarsest = 1.0 / f64::from(base.scale);
     let largest = if scene.shadow.curve_nodes() == 0 { LARGEST } else { LARGEST / 2 };
     let light = &scene.lights[base.light.expect("only views of lights have windows")];
-    let gain = if light.area().is_some() { SOFT_GAIN } else { 1.0 };
+    let gain = if light.area().is_some() { SOFT } else { 1.0 };
     let wishes = window::wishes(&seen, largest, [coarsest, coarsest / gain]);
     let asked: Vec<Seen> = seen.iter().step_by(seen.len() / ASKED + 1).copied().collect();
     let price =
@@ -167,12 +171,11 @@ fn windows(scene: &Scene, base: &View, mut seen: Vec<Seen>) -> Vec<View> {
 
 /// Excess width of texels over the needed width: squares of the ratio, summed over places.
 fn excess(seen: &[Seen], windows: &[&Window], coarsest: f64) -> f64 {
-    /// Ratio past which texels count as no worse.
-    const MOST: f64 = 8.0;
     let of = |seen: &Seen| {
         let holds = windows.iter().filter(|window| window.holds(seen.place));
         let texel = holds.map(|window| window.texel).fold(coarsest, f64::min);
-        (texel / seen.texel - 1.0).clamp(0.0, MOST).powi(2)
+        // A texel as wide as places are apart is as bad as any wider one.
+        (texel / seen.texel - 1.0).clamp(0.0, f64::from(COARSE)).powi(2)
     };
     seen.iter().map(of).sum()
 }

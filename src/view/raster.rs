@@ -12,6 +12,8 @@ pub(super) struct Nearest {
     pub triangle: u32,
 }
 
+/// Edge of a small map of a light \[texels\].
+pub(super) const SMALL_MAP: u32 = 512;
 /// Triangles kept per texel.
 pub(super) const LAYERS: usize = 4;
 

@@ -1,30 +1,21 @@
 //! Places of a picture beside edges of shadows.
-use super::window::Window;
+use super::{SOFT, window::Window};
 use crate::{
     model::{Material, Projection, Scene, Source, Transfer, View},
-    view::raster::{Image, Nearest, Raster},
+    view::raster::{Image, Nearest, Raster, SMALL_MAP},
 };
 use glam::{DMat2, DVec2, DVec3, IVec2, UVec2, Vec3};
 
 /// Width of a texel that is narrow enough \[pixels\].
 const FINENESS: f64 = 0.6;
 /// Pixels of the picture per pixel of the small picture, each way.
-const COARSE: u32 = 8;
+pub(super) const COARSE: u32 = 8;
 /// Texels across a penumbra.
 pub(in crate::view) const TEXELS: f64 = 3.0;
-/// Width of a texel that is narrow enough where edges are penumbrae, in that of other lights.
-const SOFT: f64 = 2.0;
-/// Edge of a small map \[texels\].
-const MAP: u32 = 512;
 /// Most small maps of a view, each of a part of the one before.
 const MAPS: usize = 4;
-/// Levels of a small map: the last has 8 x 8 texels.
-const LEVELS: usize = 7;
 /// Texels of a level around a place that are searched for an edge.
 const EDGES: i32 = 2;
-/// Widest texel of a small map, in the widest that are narrow enough for the picture: it sees occluders of
-/// some pixels.
-const CELL: f64 = 4.0;
 /// Least cosine at which a surface is measured.
 const MIN_COSINE: f64 = 0.1;
 
@@ -79,10 +70,13 @@ impl<'a> ShownPicture<'a> {
         let mut maps = vec![SmallMap::new(self.scene, base.clone(), base.scale.recip().into())];
         while maps.len() < MAPS {
             let last = &maps[maps.len() - 1];
-            let is_coarse = |surface: &ShownSurface| surface.seen.texel * CELL < last.cell;
+            // The texels that are searched reach to the next places.
+            let widest = f64::from(COARSE) / f64::from(EDGES);
+            let is_coarse = |surface: &ShownSurface| surface.seen.texel * widest < last.cell;
             let fine =
                 surfaces.iter().filter(|(hit, surface)| last.sees(hit) && is_coarse(surface));
-            let Some(part) = Window::of_small_map(fine.map(|(_, surface)| surface.seen.place), MAP)
+            let Some(part) =
+                Window::of_small_map(fine.map(|(_, surface)| surface.seen.place), SMALL_MAP)
             else {
                 break;
             };
@@ -236,7 +230,8 @@ struct Edge {
 /// Occluders that a light sees, in a part of its view.
 struct SmallMap {
     raster: Raster,
-    /// Each with a texel for 2 x 2 of the one before, that of the occluder nearest to the light.
+    /// Each with a texel for 2 x 2 of the one before, that of the occluder nearest to the light; the last is
+    /// searched nearly whole.
     levels: Vec<Image>,
     /// Edge of a texel, in the unit of [`Seen::place`].
     cell: f64,
@@ -246,15 +241,15 @@ struct SmallMap {
 impl SmallMap {
     /// `texel`: of the view.
     fn new(scene: &Scene, view: View, texel: f64) -> Self {
-        let raster = Raster::new(&view, UVec2::splat(MAP));
+        let raster = Raster::new(&view, UVec2::splat(SMALL_MAP));
         let casts = |material: &Material| material.casts && material.transfer != Transfer::None;
         let mut levels = vec![raster.nearest(scene, casts)];
         let view_from_world = view.view_from_world.as_dmat4();
         let depth = |hit: &Nearest| -view_from_world.transform_point3(hit.point).z;
-        while levels.len() < LEVELS {
+        while SMALL_MAP >> levels.len() > 2 * EDGES as u32 + 1 {
             levels.push(levels[levels.len() - 1].halved(depth));
         }
-        let cell = texel * f64::from(view.size.x) / f64::from(MAP);
+        let cell = texel * f64::from(view.size.x) / f64::from(SMALL_MAP);
         Self { raster, levels, cell, view }
     }
 

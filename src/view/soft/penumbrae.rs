@@ -7,13 +7,11 @@ use crate::{
     model::{Light, Material, Projection, Scene, Source, Transfer, View},
     view::{
         detail::{ShownPicture, TEXELS, source_axes},
-        raster::{Layer, Layers, Nearest, Raster},
+        raster::{Layer, Layers, Nearest, Raster, SMALL_MAP},
     },
 };
 use glam::{DVec2, DVec3, IVec2, UVec2, Vec3};
 
-/// Edge of the small map \[texels\].
-const MAP: u32 = 512;
 /// Points of the light.
 const POINTS: u32 = 16;
 /// Share of the light that one of its points represents.
@@ -114,7 +112,7 @@ pub(super) fn penumbrae(
 
 impl<'a> SmallView<'a> {
     fn new(scene: &'a Scene, view: &'a View, source: &Source) -> Self {
-        let raster = Raster::new(view, UVec2::splat(MAP));
+        let raster = Raster::new(view, UVec2::splat(SMALL_MAP));
         let casts = |material: &Material| material.casts && material.transfer != Transfer::None;
         let layers = raster.layers(scene, casts);
         let axes = source_axes(view, source);
@@ -176,14 +174,14 @@ impl<'a> SmallView<'a> {
 
     /// Whether a texel and its neighbours see different bodies.
     fn is_edge(&self, at: usize) -> bool {
-        let edge = MAP as usize;
+        let edge = SMALL_MAP as usize;
         let around = [at.wrapping_sub(1), at + 1, at.wrapping_sub(edge), at + edge];
         let depth = |at: usize| self.layers.get(at).map(|layers| f64::from(layers[0].depth));
         let Some(own) = depth(at) else { return false };
         let [left, right, up, down] = around.map(|at| depth(at).unwrap_or(own));
         // The depths of a plane, or their reciprocals, are nearly linear.
         let bend = |a: f64, b: f64| (a - own - (own - b)).abs();
-        let texel = f64::from(self.view.size.x) / f64::from(self.view.scale) / f64::from(MAP);
+        let texel = f64::from(self.view.size.x) / f64::from(self.view.scale) / f64::from(SMALL_MAP);
         let spread = if self.view.projection == Projection::Perspective { own } else { 1.0 };
         bend(left, right).max(bend(up, down)) > texel * spread
     }
@@ -202,8 +200,9 @@ impl<'a> SmallView<'a> {
             return None;
         }
         let spread = if is_wide { depth } else { 1.0 };
-        let scale = f64::from(MAP) / f64::from(self.view.size.x) * f64::from(self.view.scale);
-        let middle = DVec2::new(in_view.x, -in_view.y) / spread * scale + f64::from(MAP) * 0.5;
+        let scale = f64::from(SMALL_MAP) / f64::from(self.view.size.x) * f64::from(self.view.scale);
+        let middle =
+            DVec2::new(in_view.x, -in_view.y) / spread * scale + f64::from(SMALL_MAP) * 0.5;
         // Offset of the ray to a point of the light at a depth, per metre of the point's offset.
         let farthest = if is_wide { first.recip() - depth.recip() } else { depth - first };
         let through =
@@ -261,7 +260,7 @@ impl<'a> SmallView<'a> {
     }
 
     fn met(&self, at: IVec2, [low, high]: [f64; 2], place: &Place, slack: f64) -> Met {
-        let index = (at.y * MAP as i32 + at.x) as usize;
+        let index = (at.y * SMALL_MAP as i32 + at.x) as usize;
         let layers = &self.layers[index];
         let in_front =
             |depth: f64| (self.raster.point(index, depth) - place.point).dot(place.normal) > slack;
