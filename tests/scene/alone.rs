@@ -1,8 +1,8 @@
 //! A single model or particle file as a scene: its light, its ground, and fitted maps.
-use crate::common::files::Folder;
+use crate::common::{arrays::npy_of, files::Folder};
 use gobo::{
-    glam::{Mat4, Vec3},
-    model::{LightKind, Particle, View},
+    glam::{Mat4, UVec3, Vec3},
+    model::{Density, LightKind, Particle, View},
     view,
 };
 use gobo_picture::{RenderOptions, Renderer};
@@ -19,12 +19,12 @@ fn column() -> String {
     csv
 }
 
-fn load(name: &str, bytes: &str, set: &[(&str, &str)], ground: bool) -> Scene {
+fn load(name: &str, bytes: impl AsRef<[u8]>, set: &[(&str, &str)], ground: bool) -> Scene {
     let folder = Folder::new();
     let mut options = LoadOptions::default();
     options.set = set.iter().map(|&(k, v)| (k.to_owned(), v.to_owned())).collect();
     options.ground = ground;
-    scene::load_as(&folder.write(name, bytes), &options).unwrap_or_else(|e| panic!("{e}"))
+    scene::load_as(&folder.write(name, bytes.as_ref()), &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn sun(scene: &Scene) -> Vec3 {
@@ -126,6 +126,31 @@ fn the_ground_reaches_the_horizon() {
         assert!(hit.x > min.x && hit.x < max.x && hit.z > min.z && hit.z < max.z, "{hit}");
     }
     assert!(load("dots.csv", &column(), &[], false).triangles.is_empty());
+}
+
+/// Bricks reach up to eight voxels further than what is dense.
+#[test]
+fn volumes_stand_on_the_ground() {
+    let dense = |i: usize| [i % 20, i / 20 % 20, i / 400].iter().all(|at| (5..12).contains(at));
+    let bytes: Vec<u8> = (0..8000).map(|i| if dense(i) { 200 } else { 0 }).collect();
+    let array = npy_of("|u1", false, "20, 20, 20", &bytes);
+    let scene = load("block.npy", &array, &[], true);
+    let grid = &scene.grids[0];
+    let mut lowest = f32::INFINITY;
+    for brick in &grid.bricks {
+        let Density::Voxels(voxels) = &brick.density else { panic!("no voxels") };
+        for i in 0..729 {
+            let at = UVec3::new(i % 9, i / 9 % 9, i / 81);
+            if voxels.at(at) > 0.0 {
+                let place = brick.origin.as_vec3() + at.as_vec3();
+                lowest = lowest.min(grid.world_from_index.transform_point3(place).y);
+            }
+        }
+    }
+    let voxel = grid.world_from_index.matrix3.y_axis.length();
+    let ground = scene.triangles.iter().flat_map(|t| t.positions).map(|p| p.y);
+    let gap = (lowest - ground.fold(f32::NEG_INFINITY, f32::max)) / voxel;
+    assert!((0.4..0.6).contains(&gap), "{gap} voxels between the lowest dense one and the ground");
 }
 
 #[test]

@@ -6,8 +6,12 @@ use super::{
     shapes::{self, KindOfShape},
     subject::{Subject, is_sheet},
 };
-use glam::{Mat4, Quat, UVec2, Vec2, Vec3, Vec4};
-use gobo::model::{ImageSun, Light, LightKind, Material, Source, SunDisc, Transfer};
+use glam::{IVec3, Mat4, Quat, UVec2, UVec3, Vec2, Vec3, Vec4};
+use gobo::model::{
+    BRICK_EDGE, Brick, Density, Grid, ImageSun, Light, LightKind, Material, Source, SunDisc,
+    Transfer,
+};
+use rayon::prelude::*;
 
 /// A scene without casters and lights; all else has the defaults of a scene file.
 pub fn empty_scene() -> Scene {
@@ -74,13 +78,17 @@ pub(super) fn sun_of_image(sun: &ImageSun) -> Light {
 }
 
 /// Box around the visible contents. In a scene of splats alone it leaves out a thousandth of the centres at
-/// each side: captures are surrounded by large, faint splats.
+/// each side: captures are surrounded by large, faint splats. In a scene of volumes alone it holds what is
+/// dense: bricks reach up to eight voxels further.
 pub(super) fn contents(scene: &Scene) -> Bounds {
-    let Scene { gaussians, particles, triangles, emissions, .. } = scene;
-    if gaussians.is_empty()
-        || !(particles.is_empty() && triangles.is_empty() && emissions.is_empty())
-    {
+    let Scene { gaussians, particles, triangles, emissions, grids, strands, .. } = scene;
+    let others = [particles.len(), triangles.len(), emissions.len(), strands.len()];
+    if others != [0; 4] || gaussians.is_empty() == grids.is_empty() {
         return scene.bounds();
+    }
+    if gaussians.is_empty() {
+        let dense = grids.iter().fold(Bounds::EMPTY, |all, grid| all.with(&dense_part(grid)));
+        return if dense.is_empty() { scene.bounds() } else { dense };
     }
     let mut bounds = Bounds { min: Vec3::ZERO, max: Vec3::ZERO };
     let left_out = gaussians.len() / 1000;
@@ -98,6 +106,31 @@ pub(super) fn contents(scene: &Scene) -> Bounds {
     } else {
         scene.bounds()
     }
+}
+
+/// Bounds of the voxels with a density, each half a voxel around its place.
+fn dense_part(grid: &Grid) -> Bounds {
+    let around = |corners: [Vec3; 8]| {
+        corners.into_iter().fold(Bounds::EMPTY, |all, corner| all.with_sphere(corner, 0.0))
+    };
+    let dense = |brick: &Brick| {
+        let voxels = match &brick.density {
+            Density::Constant { .. } => return around(grid.corners(brick)),
+            Density::Voxels(voxels) => voxels.bits(),
+        };
+        let edge = BRICK_EDGE as u32;
+        let at = |i: u32| UVec3::new(i % edge, i / edge % edge, i / (edge * edge)).as_ivec3();
+        let dense = (0..).zip(voxels).filter(|(_, density)| **density != 0);
+        let none = [IVec3::MAX, IVec3::MIN];
+        let [low, high] = dense.fold(none, |[low, high], (i, _)| [low.min(at(i)), high.max(at(i))]);
+        if low.x > high.x {
+            return Bounds::EMPTY;
+        }
+        let [min, max] = [low, high].map(|voxel| (brick.origin + voxel).as_vec3());
+        let voxels = Bounds { min: min - 0.5, max: max + 0.5 };
+        around(voxels.corners().map(|corner| grid.world_from_index.transform_point3(corner)))
+    };
+    grid.bricks.par_iter().map(dense).reduce(|| Bounds::EMPTY, |a, b| a.with(&b))
 }
 
 /// Size of the picture unless the scene file sets it [pixels].
