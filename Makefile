@@ -31,7 +31,7 @@ program: setup
 # with status 1, and writes none; ONLY="soft_ glass": those whose path has one of the words. Pillow and numpy come from PyPI.
 pictures: program
 	@[ -x target/pictures/bin/python ] || python3 -m venv target/pictures
-	@target/pictures/bin/python -m pip install --quiet --disable-pip-version-check 'pillow>=10.1' numpy
+	@target/pictures/bin/python -m pip install --quiet --disable-pip-version-check 'pillow>=10.1' numpy matplotlib
 	@target/pictures/bin/python tools/pictures.py
 
 # Eight frames by two farm engines on this machine (tools/farm): after lost, damaged and killed ones the

@@ -47,8 +47,11 @@ def is_there(need, gobo):
     if need is None:
         return True
     if need == "gobo view":
-        return bool(shutil.which("xvfb-run")) and not subprocess.run([gobo, "view", "--help"], capture_output=True).returncode
-    return (ROOT / need).exists() if "/" in need else importlib.util.find_spec(need) is not None
+        said = subprocess.run([gobo, "view", os.devnull], capture_output=True, text=True).stderr
+        return bool(shutil.which("xvfb-run")) and "without a window" not in said
+    if "/" in need:
+        return (ROOT / need).exists()
+    return all(importlib.util.find_spec(module) for module in need.split(", "))
 
 
 def workplace(gobo):
