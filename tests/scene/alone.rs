@@ -24,7 +24,7 @@ fn load(name: &str, bytes: impl AsRef<[u8]>, set: &[(&str, &str)], ground: bool)
     let mut options = LoadOptions::default();
     options.set = set.iter().map(|&(k, v)| (k.to_owned(), v.to_owned())).collect();
     options.ground = ground;
-    scene::load_as(&folder.write(name, bytes.as_ref()), &options).unwrap_or_else(|e| panic!("{e}"))
+    scene::load_as(&folder.write(name, bytes), &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn sun(scene: &Scene) -> Vec3 {
@@ -42,7 +42,7 @@ fn seen(scene: &Scene, point: Vec3) -> (f32, f32) {
 
 #[test]
 fn the_shadow_falls_into_view_beside_what_casts_it() {
-    let scene = load("dots.csv", &column(), &[], true);
+    let scene = load("dots.csv", column(), &[], true);
     let (direction, top) = (sun(&scene), Vec3::new(0.4, 3.75, 0.4));
     let ground = scene.triangles[0].positions[0].y;
     let shadow = top + direction * ((top.y - ground) / -direction.y);
@@ -55,9 +55,9 @@ fn the_shadow_falls_into_view_beside_what_casts_it() {
     let forward = scene.camera.target - scene.camera.eye;
     assert!(direction.dot(forward) > 0.0 && direction.dot(Vec3::NEG_Y) > 0.5, "{direction}");
     // A direction given by the user stays; a new size leaves the direction.
-    let set = load("dots.csv", &column(), &[("light.sun.direction", "[0, -1, 0]")], true);
+    let set = load("dots.csv", column(), &[("light.sun.direction", "[0, -1, 0]")], true);
     assert_eq!(sun(&set), Vec3::NEG_Y);
-    let set = load("dots.csv", &column(), &[("light.sun.size", "64")], true);
+    let set = load("dots.csv", column(), &[("light.sun.size", "64")], true);
     assert_eq!(sun(&set), direction);
 }
 
@@ -108,12 +108,12 @@ fn contents_fill_the_picture() {
         x.abs().max(y.abs()) < 0.751
     };
     assert!(scene.triangles.iter().flat_map(|t| t.positions).all(inside));
-    assert_eq!(load("tower.gltf", &tower, &[], false).samples, 4);
+    assert_eq!(load("tower.gltf", tower, &[], false).samples, 4);
 }
 
 #[test]
 fn the_ground_reaches_the_horizon() {
-    let scene = load("dots.csv", &column(), &[], true);
+    let scene = load("dots.csv", column(), &[], true);
     let ground = scene.triangles.iter().flat_map(|t| t.positions);
     let (min, max) =
         ground.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
@@ -125,7 +125,7 @@ fn the_ground_reaches_the_horizon() {
         let hit = eye + ray * ((eye.y - max.y) / -ray.y);
         assert!(hit.x > min.x && hit.x < max.x && hit.z > min.z && hit.z < max.z, "{hit}");
     }
-    assert!(load("dots.csv", &column(), &[], false).triangles.is_empty());
+    assert!(load("dots.csv", column(), &[], false).triangles.is_empty());
 }
 
 /// Bricks reach up to eight voxels further than what is dense.
@@ -134,7 +134,7 @@ fn volumes_stand_on_the_ground() {
     let dense = |i: usize| [i % 20, i / 20 % 20, i / 400].iter().all(|at| (5..12).contains(at));
     let bytes: Vec<u8> = (0..8000).map(|i| if dense(i) { 200 } else { 0 }).collect();
     let array = npy_of("|u1", false, "20, 20, 20", &bytes);
-    let scene = load("block.npy", &array, &[], true);
+    let scene = load("block.npy", array, &[], true);
     let grid = &scene.grids[0];
     let mut lowest = f32::INFINITY;
     for brick in &grid.bricks {
@@ -155,7 +155,7 @@ fn volumes_stand_on_the_ground() {
 
 #[test]
 fn maps_fit_what_casts() {
-    let scene = load("dots.csv", &column(), &[], true);
+    let scene = load("dots.csv", column(), &[], true);
     let [view] = &view::shadow_views(&scene)[..] else { panic!("one view") };
     let window = view.size.x as f32 / view.scale;
     // The column is 4.0 m high at most and 1 m wide, seen from the side.
@@ -181,7 +181,7 @@ fn the_ground_is_lit_wherever_no_shadow_falls() {
         ("shadow.size", "128"),
         ("environment.ambient", "[0, 0, 0]"),
     ];
-    let scene = load("dots.csv", &column(), &set, true);
+    let scene = load("dots.csv", column(), &set, true);
     let picture = Renderer::on_cpu().render(&scene, &RenderOptions::default()).unwrap().picture;
     let camera = View::from_camera(&scene.camera, &scene.bounds());
     let world_from_clip = camera.clip_from_world().inverse();
@@ -266,7 +266,7 @@ fn base64(three: &[u8]) -> String {
 #[test]
 fn no_ground_hides_a_model_or_doubles_its_floor() {
     let has_ground = |boxes: &[[Vec3; 2]], camera| {
-        let scene = load("model.gltf", &model(boxes, camera), &[], true);
+        let scene = load("model.gltf", model(boxes, camera), &[], true);
         scene.materials.iter().any(|material| material.name == "ground")
     };
     let post = [Vec3::new(-0.5, 0.0, -0.5), Vec3::new(0.5, 3.0, 0.5)];
