@@ -77,7 +77,7 @@ impl Source {
     /// so that thin bars before them do not cast four shadows.
     fn spread(&self, count: u32) -> f32 {
         let apart = 1.0 - 1.0 / count as f32;
-        if matches!(self, Self::Sphere { .. }) { 0.8 * apart } else { apart }
+        if matches!(self, Self::Sphere { .. }) { 0.85 * apart } else { apart }
     }
 
     /// One of `count` equal parts.

@@ -87,7 +87,7 @@ pub struct ShadowSettings {
     /// true for a scene file. A host chooses its own.
     pub soft_detail: bool,
     /// Texel capacity of the maps of lights with a size, past which [`Self::soft_detail`] adds nothing.
-    /// Default 2^24.
+    /// Default 6 * 2^22: six faces of 2048 x 2048.
     pub soft_budget: u64,
     /// Smaller levels of the filter map, for a host that samples it, 0..=[`MAX_MIPS`]. Default 0.
     pub mips: u32,
@@ -137,7 +137,7 @@ impl Default for ShadowSettings {
             blur: 0,
             detail: false,
             soft_detail: false,
-            soft_budget: 1 << 24,
+            soft_budget: 6 << 22,
             mips: 0,
         }
     }

@@ -138,8 +138,11 @@ fn contact_under_another_penumbra() {
         (0..60 * 60).map(|i| ReceiverPoint { position: floor(i), normal: Vec3::Y }).collect();
     assert_eq!(scene.lights[0].viewpoints, 4);
     // With one viewpoint, the lamp's middle, the map lacks the posts that bars hide from it.
-    for (viewpoints, limits) in [(4, [0.01, 0.05, 0.2]), (1, [0.0135, 0.1, 0.56])] {
-        scene.lights[0].viewpoints = viewpoints;
+    let chosen = scene.lights[0].size;
+    for (viewpoints, size, limits) in
+        [(4, chosen, [0.01, 0.05, 0.2]), (1, Some(1872), [0.0135, 0.1, 0.56])]
+    {
+        (scene.lights[0].viewpoints, scene.lights[0].size) = (viewpoints, size);
         let all = truths_and_errors(&scene, &points, 64);
         let mut errors: Vec<f64> = all.iter().map(|[_, error]| *error).collect();
         errors.sort_by(f64::total_cmp);

@@ -58,8 +58,8 @@ fn parts_have_the_mean_and_variance_of_the_source() {
                         assert!((parts - parts.round()).abs() < 1e-2, "{count}: {parts}");
                         whole[axis] / (parts * parts)
                     }
-                    // A sphere's parts overlap: their middles have four fifths of the remaining variance.
-                    Source::Sphere { .. } => whole[axis] * (0.2 + 0.8 / count as f32),
+                    // A sphere's parts overlap: their middles have .85 of the remaining variance.
+                    Source::Sphere { .. } => whole[axis] * (0.15 + 0.85 / count as f32),
                     _ => whole[axis] / count as f32,
                 };
                 let sum = variances[axis] + part;
@@ -83,7 +83,7 @@ fn parts_of_a_bulb_are_around_it() {
         };
         let places: Vec<Vec3> = light.all_shadows().map(at).collect();
         assert_eq!(places.len(), viewpoints as usize);
-        let part = 0.04 * (0.2 + 0.8 / viewpoints as f32);
+        let part = 0.04 * (0.15 + 0.85 / viewpoints as f32);
         for side in [Vec3::X, Vec3::Y, Vec3::new(0.6, 0.0, -0.8), Vec3::ONE.normalize()] {
             let mean = |of: &dyn Fn(f32) -> f32| {
                 places.iter().map(|place| of(place.dot(side))).sum::<f32>() / places.len() as f32
