@@ -28,7 +28,7 @@ program: setup
 	@[ -n "$(GOBO)" ] || cargo build --release --quiet
 
 # The pictures of the documents, each by the command beside it (docs/pictures.toml): those that differ are made anew. CHECK=1 lists them,
-# with status 1, and writes none; ONLY="soft_ glass": those whose path has one of the words. Pillow and numpy come from PyPI.
+# with status 1, and writes none; ONLY="soft_ glass": those whose path has one of the words. Pillow, numpy and matplotlib come from PyPI.
 pictures: program
 	@[ -x target/pictures/bin/python ] || python3 -m venv target/pictures
 	@target/pictures/bin/python -m pip install --quiet --disable-pip-version-check 'pillow>=10.1' numpy matplotlib

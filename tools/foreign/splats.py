@@ -125,13 +125,16 @@ def compare(path, program, truth, limits, turn=UNTURNED):
 
 
 def container(spz, path, count=0):
-    """A glTF file around an SPZ file, after KHR_gaussian_splatting_compression_spz_2: as spz2glb writes it, without attributes, or,
-    with the `count` of splats, as Cesium's sample converter does, by the draft's name and with accessors that have no view."""
+    """A glTF file around an SPZ file, after KHR_gaussian_splatting_compression_spz_2, in a form that the source of a writer shows:
+    of spz2glb, without attributes, or, with the `count` of splats, of Cesium's sample converter, by the draft's name and with
+    accessors that have no view."""
     names = ["KHR_gaussian_splatting", "KHR_gaussian_splatting_compression_spz_2"]
     inner = names[1].removesuffix("_2") if count else names[1]
-    view = {"bufferView": 0} if count else {"bufferView": 0, "spzVersion": 3, "compression": "gzip", "coordinateSystem": 0}
+    view = {"bufferView": 0}
     splats = {"extensions": {inner: view}}
     if not count:
+        version, compression = (4, "none") if spz.startswith(b"NGSP") else (3, "gzip")
+        view |= {"spzVersion": version, "compression": compression, "coordinateSystem": 0}
         splats |= {"kernel": "ellipse", "colorSpace": "srgb_rec709_display", "sortingMethod": "cameraDistance", "projection": "perspective"}
     placeholders = {"POSITION": "VEC3", "COLOR_0": "VEC4", f"{names[0]}:ROTATION": "VEC4", f"{names[0]}:SCALE": "VEC3"} if count else {}
     body = spz + b"\0" * (-len(spz) % 4)
