@@ -14,6 +14,7 @@ use gobo::{
     Bounds, CasterCount, Casters, Gpu, HostCasters, HostInputs, Light, Material, Particle,
     Prepared, Receiver, ShadowSettings, Shadows, View,
     glam::Vec3,
+    gpu::RecordForm,
     host::LightBindings,
     model::Source,
     wgpu::{self, BufferUsages},
@@ -204,7 +205,7 @@ fn moving(gpu: &Gpu, count: u32, particles: u32) -> Result<Moving, Box<dyn Error
     let bounds = Bounds { min: Vec3::splat(-2.0), max: Vec3::splat(2.0) };
     let mut shadows = Shadows::new(device, queue, &gpu.adapter)?;
     // As on GPUs: on software adapters a copy of the records ends a pass.
-    shadows.configure(|config| config.tuning.record_form = gpu.tier.record_form());
+    shadows.configure(|config| config.tuning.record_form = RecordForm::Buffers);
     let materials = [Material::default()];
     let casters = Casters { materials: &materials, ..Casters::default() };
     let (smoke, layout) = smoke(device);

@@ -69,7 +69,7 @@ pub(crate) struct PairSort {
 impl PairSort {
     /// Sorts by the lower `bits`.
     pub(crate) fn new(gpu: &Gpu, pairs: &[Pair], bits: u32) -> Self {
-        let tuning = Tuning::of(&gpu.adapter).within(gpu.tier, &gpu.device.limits());
+        let tuning = Tuning::of(&gpu.adapter).within(&gpu.device.limits());
         let kernels = Kernels::new(&gpu.device, gpu.tier, tuning, KernelCache::default());
         let size = pair_texture_size(pairs.len() as u32);
         let mut all = pairs.to_vec();

@@ -70,16 +70,10 @@ impl Choice {
     }
 }
 
-/// Where every kernel reads and writes records ([`Tier::record_form`]);
-/// [`Tuning`](crate::stage::tuning::Tuning) may replace them.
+/// Where every kernel reads and writes records; [`Tuning`](crate::stage::tuning::Tuning) may replace them.
 const RECORDS: [Choice; 2] = [
-    Choice::by_tier("records", "records/in_textures.wgsl", Tier::Native, "records/in_buffers.wgsl"),
-    Choice::by_tier(
-        "writes",
-        "records/write_textures.wgsl",
-        Tier::Native,
-        "records/write_buffers.wgsl",
-    ),
+    Choice::new("records", "records/in_buffers.wgsl"),
+    Choice::new("writes", "records/write_buffers.wgsl"),
 ];
 
 impl KernelDesc {

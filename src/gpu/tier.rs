@@ -34,8 +34,6 @@ impl Tier {
     pub const BY_SUBGROUPS: &'static [Self] = &[Self::Core, Self::Subgroups];
     /// Tiers of kernels that differ only in their sums.
     pub(crate) const BY_ATOMICS: &'static [Self] = &[Self::Core, Self::Native];
-    /// Tiers of kernels that differ only in where records are.
-    pub const BY_RECORDS: &'static [Self] = Self::BY_ATOMICS;
 
     /// The best tier that a device of `adapter` can be opened for.
     pub fn of(adapter: &wgpu::Adapter) -> Self {
@@ -84,11 +82,6 @@ impl Tier {
     /// Whether kernels use atomics on textures.
     pub const fn has_texture_atomics(self) -> bool {
         self.features().contains(Features::TEXTURE_ATOMIC)
-    }
-
-    /// Where records are on GPUs: sums in textures leave a stage buffers enough.
-    pub const fn record_form(self) -> RecordForm {
-        if self.has_texture_atomics() { RecordForm::Buffers } else { RecordForm::Textures }
     }
 
     /// Most storage textures that a kernel binds.

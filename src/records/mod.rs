@@ -1,6 +1,7 @@
 //! Records that stages pass on: casters as uploaded, footprints as projected to one view.
 //!
-//! Records that kernels write are in buffers, or in textures where a kernel has too few ([`RecordForm`]).
+//! Records that kernels write are in buffers, or in textures where a device cannot bind such large buffers
+//! ([`RecordForm`]).
 //! Textures of records are rgba32uint or rg32uint, [`ROW`] texels wide: element `i` of `n` texels starts at
 //! linear texel `i * n`. WGSL: `wgsl/records/record.wgsl`.
 //!

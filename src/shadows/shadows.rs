@@ -95,7 +95,7 @@ impl Shadows {
         if !missing.is_empty() {
             return Err(Error::Unsupported { tier, missing });
         }
-        let tuning = config.tuning.within(tier, &device.limits());
+        let tuning = config.tuning.within(&device.limits());
         let config = Config { tuning, ..config };
         Ok(Self::of(queue, Kernels::new(device, tier, tuning, cache), config))
     }

@@ -39,7 +39,7 @@ pub const CLEAR: KernelDesc = KernelDesc {
 pub const COUNT: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: &[("SCAN_LANES", SERIAL_LANES as f64)],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("bin_count", "bin/bin.wgsl")
 };
 
@@ -47,7 +47,7 @@ pub const COUNT: KernelDesc = KernelDesc {
 pub const WIDE_COUNT: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: WIDE_LANES,
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("bin_count_wide", "bin/bin_wide.wgsl")
 };
 
@@ -62,7 +62,6 @@ pub const SCAN: KernelDesc = KernelDesc {
 /// Writes the pairs.
 pub const EMIT: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", SERIAL_LANES as f64)],
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("bin_emit", "bin/bin.wgsl")
 };
 
@@ -70,14 +69,13 @@ pub const EMIT: KernelDesc = KernelDesc {
 pub const WIDE_EMIT: KernelDesc = KernelDesc {
     with: &[walk::SCAN],
     constants: WIDE_LANES,
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("bin_emit_wide", "bin/bin_wide.wgsl")
 };
 
 /// First and last pair of each tile; cuts long tiles into segments.
 pub const TILES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", TILE_LANES as f64)],
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("bin_tiles", "bin/tiles.wgsl")
 };
 
@@ -89,8 +87,7 @@ pub const PART_CLEAR: KernelDesc = KernelDesc {
 
 /// Where pairs did not fit: number of pairs of each tile, and the bands of tiles that each footprint may
 /// touch.
-pub const PART_COUNT: KernelDesc =
-    KernelDesc { tiers: Tier::BY_RECORDS, ..KernelDesc::new("part_count", "bin/parts.wgsl") };
+pub const PART_COUNT: KernelDesc = KernelDesc::new("part_count", "bin/parts.wgsl");
 
 /// Prefix sum of the tiles' pairs, and whether the recorded parts suffice.
 pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/parts.wgsl");
@@ -99,14 +96,11 @@ pub const PART_PLAN: KernelDesc = KernelDesc::new("part_plan", "bin/parts.wgsl")
 pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/parts.wgsl");
 
 /// The next part: as many tiles as there is room for their pairs, and the first and last pair of each.
-pub const PART_NEXT: KernelDesc =
-    KernelDesc { tiers: Tier::BY_RECORDS, ..KernelDesc::new("part_next", "bin/parts.wgsl") };
+pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/parts.wgsl");
 
 /// The pairs of each tile of a part, front to back.
-pub const PART_GATHER: KernelDesc = KernelDesc {
-    tiers: Tier::BY_RECORDS,
-    ..KernelDesc::new("part_gather", "bin/part_gather.wgsl")
-};
+pub const PART_GATHER: KernelDesc =
+    KernelDesc { ..KernelDesc::new("part_gather", "bin/part_gather.wgsl") };
 
 /// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/batch.wgsl`.
 #[derive(Clone, Copy, Debug)]
@@ -152,6 +146,8 @@ crate::records::gpu_struct! {
         pub segment_length: u32,
         /// Runs of a workgroup.
         pub block_runs: u32,
+        /// 1 for curves, whose tiles read scattered casters themselves.
+        pub adds_scattered: u32,
     }
 }
 
@@ -175,6 +171,7 @@ impl BinParams {
             view_count,
             segment_length,
             block_runs: block_runs(partition),
+            adds_scattered: 0,
         }
     }
 
@@ -221,7 +218,8 @@ pub const FOOTPRINT_COUNT_INDEX: u32 = 0;
 pub const PAIR_COUNT_INDEX: u32 = 1;
 
 crate::records::gpu_struct! {
-    /// WGSL: `wgsl/records/tile.wgsl`.
+    /// WGSL: `wgsl/records/tile.wgsl`. In a buffer they follow 16 bytes, of which the first word is their
+    /// number.
     #[derive(Default, Eq)]
     pub struct Segment {
         pub tile: u32,

@@ -19,7 +19,7 @@ pub const COUNT: KernelDesc = KernelDesc {
     entry: "bucket_tiles",
     with: &[Choice::new("bucket", "bin/bucket_count.wgsl"), SCAN],
     constants: &[("SCAN_LANES", BUCKET_LANES as f64)],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("bucket_count", "bin/buckets.wgsl")
 };
 
@@ -27,7 +27,7 @@ pub const COUNT: KernelDesc = KernelDesc {
 pub const PLACE: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: &[("SCAN_LANES", BUCKET_LANES as f64)],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("bucket_place", "bin/buckets.wgsl")
 };
 
@@ -39,5 +39,4 @@ pub const EMIT: KernelDesc = KernelDesc {
 };
 
 /// The pairs of each tile, front to back.
-pub const SORT: KernelDesc =
-    KernelDesc { tiers: Tier::BY_RECORDS, ..KernelDesc::new("bucket_sort", "bin/buckets.wgsl") };
+pub const SORT: KernelDesc = KernelDesc::new("bucket_sort", "bin/buckets.wgsl");

@@ -81,6 +81,7 @@ pub const TILES: KernelDesc = KernelDesc {
 pub const SEGMENTS: KernelDesc = KernelDesc {
     shared: CURVED,
     constants: &[("NODES", 8.0), ("HAS_OVER", 1.0), ("HAS_VOLUMES", 1.0)],
+    tiers: Tier::BY_SUBGROUPS,
     ..walk::segments("accumulate_curve_segments", &[SEGMENT])
 };
 
@@ -96,6 +97,7 @@ pub const RAY_TILES: KernelDesc = KernelDesc {
 pub const RAY_SEGMENTS: KernelDesc = KernelDesc {
     shared: WALKED_TWICE,
     constants: &[("NODES", 8.0)],
+    tiers: Tier::BY_SUBGROUPS,
     ..walk::segments("accumulate_curve_ray_segments", &[RAY_SEGMENT])
 };
 
@@ -124,16 +126,12 @@ pub const SHORT_PAGE: u32 = 1;
 pub const RELEASE_PAGES: KernelDesc = KernelDesc::new("release_pages", "curve/give_pages.wgsl");
 
 /// Gives a page to each tile with casters.
-pub const GIVE_PAGES: KernelDesc = KernelDesc {
-    tiers: Tier::BY_RECORDS,
-    ..KernelDesc::new("give_pages", "curve/give_pages.wgsl")
-};
+pub const GIVE_PAGES: KernelDesc =
+    KernelDesc { ..KernelDesc::new("give_pages", "curve/give_pages.wgsl") };
 
 /// Takes them back where they do not suffice.
-pub const SETTLE_PAGES: KernelDesc = KernelDesc {
-    tiers: Tier::BY_RECORDS,
-    ..KernelDesc::new("settle_pages", "curve/give_pages.wgsl")
-};
+pub const SETTLE_PAGES: KernelDesc =
+    KernelDesc { ..KernelDesc::new("settle_pages", "curve/give_pages.wgsl") };
 
 /// Curves of tiles of several segments, by two walks.
 pub const RAY_RESOLVE: KernelDesc = KernelDesc {

@@ -2,7 +2,7 @@
 //!
 //! In: chunks of `casters` or `triangles`, `views`, `materials`. Out: one footprint, key and rectangle per
 //! (caster, view), at an index that the CPU knows; for Gaussians and triangles also a setup.
-use crate::gpu::{KernelDesc, Tier};
+use crate::gpu::KernelDesc;
 
 /// Casters of a chunk: invocations of a workgroup.
 pub const CHUNK_SIZE: u32 = 256;
@@ -10,21 +10,18 @@ pub const CHUNK_SIZE: u32 = 256;
 /// Footprints of particles, bricks and capsules.
 pub const PARTICLES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("project_particles", "project/project_particles.wgsl")
 };
 
 /// Footprints of Gaussians.
 pub const GAUSSIANS: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("project_gaussians", "project/project_gaussians.wgsl")
 };
 
 /// Footprints and setups of triangles.
 pub const TRIANGLES: KernelDesc = KernelDesc {
     constants: &[("WORKGROUP_SIZE", CHUNK_SIZE as f64)],
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("project_triangles", "project/project_triangles.wgsl")
 };
 

@@ -10,13 +10,14 @@ use super::{
 use crate::gpu::{Choice, Constant, KernelDesc, RecordForm, Tier};
 
 /// Reads and writes records in textures on every tier.
-pub const IN_TEXTURES: [Choice; 2] = [
+pub const IN_TEXTURES: [Choice; 3] = [
     Choice::new("records", "records/in_textures.wgsl"),
     Choice::new("writes", "records/write_textures.wgsl"),
+    Choice::by_tier("sums", "sums/by_channel.wgsl", Tier::Native, "sums/textures.wgsl"),
 ];
-/// Size of the records of 16 million casters, which a device must be able to bind for them to be in buffers
-/// \[bytes\].
-pub const MOST_RECORDS: u64 = 512 << 20;
+/// Bytes that a device must be able to bind for records to be in buffers: the sums of a map of 8192 x 8192,
+/// twice the records of 16 million casters.
+pub const MOST_BOUND: u64 = 1 << 30;
 
 /// Tiles that a workgroup walks on llvmpipe. WGSL: `wgsl/llvmpipe/choices.wgsl`.
 pub const TILE_RUN: u32 = 4;
@@ -102,12 +103,11 @@ impl Tuning {
         }
     }
 
-    /// The tuning of a device, on a tier.
+    /// The tuning of a device.
     #[must_use]
-    pub fn within(self, tier: Tier, limits: &wgpu::Limits) -> Self {
-        let is_small = limits.max_storage_buffer_binding_size < MOST_RECORDS;
-        let form = if is_small { RecordForm::Textures } else { tier.record_form() };
-        let record_form = if form == RecordForm::Textures { form } else { self.record_form };
+    pub fn within(self, limits: &wgpu::Limits) -> Self {
+        let is_small = limits.max_storage_buffer_binding_size < MOST_BOUND;
+        let record_form = if is_small { RecordForm::Textures } else { self.record_form };
         Self { record_form, ..self }
     }
 
@@ -146,26 +146,23 @@ mod tests {
         loaded: false,
     };
 
-    /// 128 MiB are WebGPU's default; records of 16 million casters are 512 MiB.
+    /// 128 MiB are WebGPU's default; sums of a map of 8192 x 8192 are 1 GiB.
     #[test]
     fn records_are_in_buffers_where_all_of_them_can_be_bound() {
         use RecordForm::{Buffers, Textures};
-        for &tier in Tier::ALL {
-            let at_most = if tier == Tier::Native { Buffers } else { Textures };
-            for (max_storage_buffer_binding_size, form) in [
-                (128 << 20, Textures),
-                ((512 << 20) - 1, Textures),
-                (512 << 20, at_most),
-                (u64::MAX, at_most),
-            ] {
-                let limits = wgpu::Limits { max_storage_buffer_binding_size, ..Default::default() };
-                let found = ON_GPUS.within(tier, &limits);
-                let what = format!("{tier}, {max_storage_buffer_binding_size} bytes");
-                assert_eq!(found.record_form, form, "{what}");
-                assert_eq!(Tuning { record_form: Buffers, ..found }, ON_GPUS, "{what}");
-                let on_cpus = Tuning { record_form: Textures, ..ON_GPUS };
-                assert_eq!(on_cpus.within(tier, &limits), on_cpus, "{what}");
-            }
+        for (max_storage_buffer_binding_size, form) in [
+            (128 << 20, Textures),
+            ((1 << 30) - 1, Textures),
+            (1 << 30, Buffers),
+            (u64::MAX, Buffers),
+        ] {
+            let limits = wgpu::Limits { max_storage_buffer_binding_size, ..Default::default() };
+            let found = ON_GPUS.within(&limits);
+            let what = format!("{max_storage_buffer_binding_size} bytes");
+            assert_eq!(found.record_form, form, "{what}");
+            assert_eq!(Tuning { record_form: Buffers, ..found }, ON_GPUS, "{what}");
+            let on_cpus = Tuning { record_form: Textures, ..ON_GPUS };
+            assert_eq!(on_cpus.within(&limits), on_cpus, "{what}");
         }
     }
 }

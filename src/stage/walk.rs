@@ -21,9 +21,10 @@ pub const WALK: Choice = Choice::by_tier(
     Tier::Subgroups,
     "traversal/subgroup.wgsl",
 );
-/// Sums of a batch's texels: textures where these have atomics, else buffers.
+/// Sums of a batch's texels: textures where these have atomics, else a buffer;
+/// [`Tuning`](super::tuning::Tuning) may replace it.
 pub(super) const SUMS: Choice =
-    Choice::by_tier("sums", "sums/buffers.wgsl", Tier::Native, "sums/textures.wgsl");
+    Choice::by_tier("sums", "sums/by_texel.wgsl", Tier::Native, "sums/textures.wgsl");
 /// Prefix sums of a workgroup.
 pub(super) const SCAN: Choice =
     Choice::by_tier("scan", "scan/prefix.wgsl", Tier::Subgroups, "scan/prefix_subgroup.wgsl");
@@ -46,7 +47,7 @@ const WALKED: &[Choice] = &[IN_ORDER, TILE_WALK, COLUMN, WAITING, WALK, LANE_CAS
 
 /// Walks a tile that is one segment.
 pub(super) const fn tiles(name: &'static str, with: &'static [Choice]) -> KernelDesc {
-    walk(name, with, Tier::ALL, "walk_tile", "entry/walk.wgsl")
+    walk(name, with, Tier::BY_SUBGROUPS, "walk_tile", "entry/walk.wgsl")
 }
 
 /// Walks a segment of a longer tile.

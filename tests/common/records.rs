@@ -1,9 +1,23 @@
 //! Records that kernels read and write, in buffers or textures.
 use gobo::{
-    gpu::{Gpu, RecordForm, Resource, Tier},
+    gpu::{Choice, Gpu, RecordForm, Resource, Tier},
     records::ROW,
+    stage::tuning::IN_TEXTURES,
     wgpu::{BufferUsages, TextureFormat},
 };
+
+/// Where tests of kernels have their records: both forms on some tier.
+pub(crate) fn form_of(tier: Tier) -> RecordForm {
+    if tier == Tier::Core { RecordForm::Textures } else { RecordForm::Buffers }
+}
+
+/// Choices of kernels that read and write them there.
+pub(crate) fn choices_of(tier: Tier) -> &'static [Choice] {
+    match form_of(tier) {
+        RecordForm::Textures => &IN_TEXTURES,
+        RecordForm::Buffers => &[],
+    }
+}
 
 /// `records` where kernels of a tier read and write them, and behind them `rest`, up to the end of a
 /// texture's row.
@@ -18,7 +32,7 @@ pub(crate) fn records<T: bytemuck::NoUninit>(
     let rows = size_of_val(records).div_ceil(texel * ROW as usize).max(1);
     let mut all = records.to_vec();
     all.resize(rows * ROW as usize * texel / size_of::<T>(), rest);
-    match tier.record_form() {
+    match form_of(tier) {
         RecordForm::Buffers => {
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
             (&gpu.upload(name, &all, usage)).into()

@@ -1,7 +1,7 @@
 //! Rust and WGSL agree on every shared struct and binding.
 use crate::common::parse;
 use gobo::{
-    gpu::{Access, Binding, BindingKind, KernelDesc, Linked, Tier},
+    gpu::{Access, Binding, BindingKind, Choice, KernelDesc, Linked, Tier},
     records::{
         BounceParams, CasterRecord, ConvertParams, CullParams, EmissionParams, EmitterParams,
         GaussianAxes, GaussianLook, GpuArea, GpuEmitted, GpuLayout, GpuLight, GpuMaterial, GpuView,
@@ -17,10 +17,11 @@ use gobo::{
         project::{Chunk, ProjectParams},
         soften::SoftenParams,
         sort::{SERIAL_SCATTER, SortPass},
+        tuning,
     },
     wgpu::{Limits, TextureFormat, TextureSampleType, TextureViewDimension},
 };
-use gobo_picture::stage::{kernels, shade::Band, variants};
+use gobo_picture::stage::{shade::Band, variants};
 use gobo_reference::records::{AirParams, ClusterCounters, ClusterParams};
 use naga::{AddressSpace, ImageClass, ImageDimension, Module, StorageAccess, TypeInner};
 use std::collections::BTreeSet;
@@ -223,12 +224,17 @@ fn a_resource_has_one_number_and_one_place() {
     assert_eq!(taken.len(), numbers.len(), "two resources have one number: {numbers:?}");
 }
 
+/// Kernels on each of their tiers, with records in buffers and in textures.
+fn in_both_forms() -> impl Iterator<Item = ((&'static KernelDesc, Tier), &'static [Choice])> {
+    variants().flat_map(|variant| [(variant, &[][..]), (variant, &tuning::IN_TEXTURES)])
+}
+
 /// WebGPU's limits per shader stage, except for the native tier's storage textures.
 #[test]
 fn bindings_are_few_enough() {
-    for (desc, tier) in variants() {
+    for ((desc, tier), form) in in_both_forms() {
         let textures = tier.storage_textures() as usize;
-        let bindings = desc.link(tier).unwrap().bindings().unwrap();
+        let bindings = desc.link_with(tier, form).unwrap().bindings().unwrap();
         let count = |of: fn(BindingKind) -> bool| {
             bindings.iter().filter(|binding| of(binding.kind)).count()
         };
@@ -306,15 +312,14 @@ fn is_written_texture(binding: &Binding) -> bool {
 /// Buffers are written at more than twice the rate of storage textures.
 #[test]
 fn records_are_written_to_buffers() {
-    let written = |(desc, tier): (&KernelDesc, Tier)| {
-        let bindings = desc.link(tier).unwrap().bindings().unwrap();
-        bindings.into_iter().filter(is_written_texture).map(|it| it.name).collect::<Vec<_>>()
-    };
+    let mut written = [BTreeSet::new(), BTreeSet::new()];
+    for ((desc, tier), form) in in_both_forms() {
+        let bindings = desc.link_with(tier, form).unwrap().bindings().unwrap();
+        let names = bindings.into_iter().filter(is_written_texture).map(|it| it.name);
+        written[usize::from(!form.is_empty())].extend(names);
+    }
     let known: BTreeSet<_> = TEXELS.iter().chain(IN_TEXTURES).copied().collect();
-    let in_buffers = kernels().iter().map(|&desc| (desc, Tier::Native));
-    assert_eq!(in_buffers.flat_map(written).collect::<BTreeSet<_>>(), known);
-    let all: BTreeSet<_> = variants().flat_map(written).collect();
-    assert_eq!(all, known.iter().chain(IN_EITHER).copied().collect());
+    assert_eq!(written, [known.clone(), known.iter().chain(IN_EITHER).copied().collect()]);
     // The check can fail.
     let kind = BindingKind::StorageTexture {
         access: Access::Write,
@@ -343,7 +348,7 @@ fn loaders_leave_five_buffers_to_the_host() {
 /// The checks can fail: they must notice each of these edits.
 #[test]
 fn disagreements_are_noticed() {
-    let linked = SERIAL_SCATTER.link(Tier::Core).unwrap();
+    let linked = SERIAL_SCATTER.link_with(Tier::Core, &tuning::IN_TEXTURES).unwrap();
     let edited = |edits: &[(&str, &str)]| {
         let wgsl = edits.iter().fold(linked.wgsl.clone(), |wgsl, (from, to)| {
             assert!(wgsl.contains(from), "{from}");

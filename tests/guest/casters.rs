@@ -74,16 +74,18 @@ fn bits_are_those_of_uploads(tier: Tier, cases: &[Case<'_>]) {
             }
         }
         let expected = uploaded(&gpu, &mut shadows, &all, &settings);
-        // On the native tier as on GPUs: records are read from the buffer that kernels write.
-        shadows.configure(|config| config.tuning.record_form = tier.record_form());
         let host = HostBuffers::new(&gpu, &all);
         let loader = host.loader(&shadows);
         let set = HostCasters::new(&loader, &host.bindings, CasterCount::Fixed(700), used);
-        let prepared = on_device(&mut shadows, &[], &[set.least_alpha(0.01)], &settings);
-        assert!(submit(&gpu, &prepared) == expected, "{tier}: {used:?} {:?}", settings.receiver);
-        let copied = prepared.memory().0.iter().any(|(name, _)| *name == "loaded_casters");
-        assert_eq!(copied, tier != Tier::Native);
-        shadows.configure(|config| config.tuning.record_form = RecordForm::Textures);
+        // In buffers as on GPUs; to textures, where the uploaded ones were, records are copied.
+        for form in [RecordForm::Buffers, RecordForm::Textures] {
+            shadows.configure(|config| config.tuning.record_form = form);
+            let prepared = on_device(&mut shadows, &[], &[set.least_alpha(0.01)], &settings);
+            let what = format!("{tier}: {used:?} {:?}, {form:?}", settings.receiver);
+            assert!(submit(&gpu, &prepared) == expected, "{what}");
+            let copied = prepared.memory().0.iter().any(|(name, _)| *name == "loaded_casters");
+            assert_eq!(copied, form == RecordForm::Textures, "{what}");
+        }
     }
 }
 

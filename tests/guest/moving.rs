@@ -7,6 +7,7 @@ use gobo::{
     Bounds, CasterCount, Casters, HostCasters, HostInputs, Light, Particle, Prepared, Receiver,
     ShadowSettings, Shadows, View,
     glam::Vec3,
+    gpu::RecordForm,
     host::{FilterFormat, LightMasks, MapLayout, MaskView, PointBuffers},
     light_views,
     model::{MaskSettings, Source},
@@ -193,15 +194,16 @@ fn repeated_commands_have_the_contents_of_their_frame() {
 /// they are read, and all views of a batch share dispatches.
 #[test]
 fn few_passes_render_many_views() {
-    for (tier, passes) in [(Tier::Core, 2), (Tier::Native, 1)] {
-        assert_passes(tier, passes);
+    for tier in TIERS {
+        assert_passes(tier, RecordForm::Textures, 2);
+        assert_passes(tier, RecordForm::Buffers, 1);
     }
 }
 
-fn assert_passes(tier: Tier, passes: usize) {
+fn assert_passes(tier: Tier, form: RecordForm, passes: usize) {
     let gpu = gpu(tier);
     let mut moving = shadows(&gpu);
-    moving.configure(|config| config.tuning.record_form = tier.record_form());
+    moving.configure(|config| config.tuning.record_form = form);
     let host = HostBuffers::new(&gpu, &particles(600, 4));
     let loader = host.loader(&moving);
     let settings = ShadowSettings { size: 16, ..ShadowSettings::default() };

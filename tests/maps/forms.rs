@@ -25,7 +25,8 @@ fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
     renderer.configure(|config| {
         config.tuning.columns = columns;
         config.tuning.loaded = columns;
-        config.tuning.record_form = if columns { RecordForm::Textures } else { tier.record_form() };
+        config.tuning.record_form =
+            if columns { RecordForm::Textures } else { RecordForm::Buffers };
         config.tuning.partition = if columns { Partition::Serial } else { Partition::Wide };
         config.tuning.bucket_pairs = if columns { 0 } else { BUCKET_PAIRS };
     });

@@ -2,7 +2,7 @@
 //! inputs and poisoned outputs.
 use super::by_hand::{
     ATLAS, FIXED_ONE, ONE_BITS, Outputs, POISON, Sums, TEXELS, TILES, casters, disc, dispatches,
-    in_form, pairs, records, run, texel_of, tile_records, view_buffer,
+    in_form, pairs, records, run, segments_of, texel_of, tile_records, view_buffer,
 };
 use crate::common::{
     TIERS, gpu,
@@ -277,14 +277,9 @@ fn assert_segments(tier: Tier, desc: &'static KernelDesc, opacity: f32) {
         .collect();
     segments.push(Segment { tile: 0, first: 0, end: 1, source: 0 });
     let inputs = Inputs::new(&gpu, &batch, &[]);
-    let segment_buffer = gpu.upload("segments", &segments, BufferUsages::STORAGE);
-    let dispatches = dispatches(&gpu, 1, parts.len() as u32);
+    let segment_buffer = segments_of(&gpu, parts.len(), &segments);
     let sums = Sums::new(&gpu, tier, &earlier());
-    let resources = inputs
-        .resources()
-        .and(&sums.resources())
-        .with("segments", &segment_buffer)
-        .with("dispatches", &dispatches);
+    let resources = inputs.resources().and(&sums.resources()).with("segments", &segment_buffer);
     run(&gpu, desc, tier, &[], &resources, [3, 2, 1]);
     let what = format!("{} on {tier:?}", desc.name);
     assert_sums(&sums.read(&gpu), &[MERGED, 7], &what, |tile, texel| {

@@ -1,7 +1,7 @@
 //! The stage bin: from depth order to tiles.
 use crate::common::{
     gpu,
-    records::{read_records, records},
+    records::{choices_of, read_records, records},
     scenes::{Chance, flat_view},
 };
 use gobo::{
@@ -102,7 +102,8 @@ fn emitted(
     outlines: &[Outline],
     pair_capacity: u32,
 ) -> (Vec<Pair>, Vec<u32>, BatchCounters) {
-    let kernel = |desc| gpu.kernels.kernel(&gpu.device, desc, tier, &[], &[]).unwrap();
+    let choices = choices_of(tier);
+    let kernel = |desc| gpu.kernels.kernel(&gpu.device, desc, tier, choices, &[]).unwrap();
     let [count, emit] = bin::count_and_emit(shape).map(kernel);
     let scan = kernel(&bin::SCAN);
     let footprint_count = sorted.len() as u32;
@@ -119,6 +120,7 @@ fn emitted(
         view_count: 2,
         segment_length: 1,
         block_runs: bin::block_runs(shape),
+        adds_scattered: 0,
     };
     let mut all_views = views.to_vec();
     all_views.resize(MAX_VIEWS, views[0]);

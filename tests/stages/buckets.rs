@@ -1,7 +1,7 @@
 //! bin by buckets: each tile's pairs in the order of stable sorts, and how few dispatches a frame has.
 use crate::common::{
     gpu,
-    records::{read_records, records},
+    records::{choices_of, read_records, records},
     scenes::{Chance, flat_view},
     shadows,
 };
@@ -69,7 +69,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
     let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
     let words = |label, count: usize| gpu.upload(label, &vec![0_u32; count], storage);
     let counters = gpu.upload("counters", &[BatchCounters::default()], storage);
-    let segments = gpu.upload("segments", &vec![Segment::default(); room], storage);
+    let segments = gpu.upload("segments", &vec![Segment::default(); 1 + room], storage);
     // No footprint is a Gaussian with an outline.
     let setups = records(gpu, tier, ("setups", Rgba32Uint), &[[0; 4]], [0; 4]);
     let resources = Resources::new()
@@ -96,7 +96,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
         (&buckets::EMIT, footprints),
         (&buckets::SORT, bin::tile_grid(TILES)),
     ] {
-        let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], &[]).unwrap();
+        let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, choices_of(tier), &[]).unwrap();
         let bindings = kernel.bind(&gpu.device, &resources).unwrap();
         kernel.record(&mut pass, &bindings, groups);
     }
@@ -109,7 +109,7 @@ fn binned(gpu: &Gpu, tier: Tier, keys: &[Pair], rects: &[TileRect], views: &[Gpu
             .iter()
             .map(|&[first, end, merged, _]| [first, end, merged])
             .collect(),
-        segments: gpu.read(&segments),
+        segments: gpu.read(&segments).split_off(1),
         counters: gpu.read::<BatchCounters>(&counters)[0],
     }
 }

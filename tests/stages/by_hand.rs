@@ -1,9 +1,11 @@
 //! A handmade batch: two views in a poisoned atlas, their tiles and sums, and a kernel's outputs.
+use crate::common::records::choices_of;
 use gobo::{
     glam::{Mat4, UVec2, Vec2, Vec3},
     gpu::{Constant, Gpu, KernelDesc, Resource, Resources, Tier},
     records::{CasterRecord, Footprint, GpuView, MAX_VIEWS, ROLE_WHOLE, ROW},
     stage::{
+        bin::Segment,
         features::{Features, Flags},
         tuning::Tuning,
     },
@@ -134,6 +136,12 @@ pub(super) fn upload_views(gpu: &Gpu, [first, second]: [GpuView; 2]) -> wgpu::Bu
     gpu.upload("views", &all, BufferUsages::UNIFORM)
 }
 
+/// `all` segments, of which the first `count` are counted.
+pub(super) fn segments_of(gpu: &Gpu, count: usize, all: &[Segment]) -> wgpu::Buffer {
+    let header = Segment { tile: count as u32, ..Segment::default() };
+    gpu.upload("segments", &[&[header], all].concat(), BufferUsages::STORAGE)
+}
+
 /// Indirect dispatches; only the workgroups of number `which` count.
 pub(super) fn dispatches(gpu: &Gpu, which: usize, count: u32) -> wgpu::Buffer {
     let mut all = [[POISON; 4]; 3];
@@ -256,7 +264,8 @@ pub(super) fn run_all(
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
     for &(desc, groups) in kernels {
-        let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], &constants).unwrap();
+        let kernel =
+            gpu.kernels.kernel(&gpu.device, desc, tier, choices_of(tier), &constants).unwrap();
         let bindings = kernel.bind(&gpu.device, resources).unwrap();
         kernel.record(&mut pass, &bindings, groups);
     }

@@ -4,7 +4,7 @@ use super::{
     blockers::{Batch, Blocker, depths},
     by_hand::{
         ATLAS, ONE_BITS, POISON, Sums, TEXELS, TILES, casters, disc, dispatches, in_form, pairs,
-        records, run_all, texel_of, tile_records, view_buffer, views,
+        records, run_all, segments_of, texel_of, tile_records, view_buffer, views,
     },
 };
 use crate::common::{
@@ -206,17 +206,12 @@ fn segments_raise_the_nearness_of_their_tiles() {
                 source: u32::from(tile == 7),
             })
             .collect();
-        let count = segments.len() as u32;
+        let count = segments.len();
         segments.push(Segment { tile: 0, first: 0, end: 1, source: 0 });
         let inputs = Inputs::new(&gpu, &batch, &[]);
-        let segments = gpu.upload("segments", &segments, BufferUsages::STORAGE);
-        let dispatches = dispatches(&gpu, 1, count);
+        let segments = segments_of(&gpu, count, &segments);
         let sums = Sums::new(&gpu, tier, &earlier());
-        let resources = inputs
-            .resources()
-            .and(&sums.resources())
-            .with("segments", &segments)
-            .with("dispatches", &dispatches);
+        let resources = inputs.resources().and(&sums.resources()).with("segments", &segments);
         run(&gpu, tier, &occlude::SEGMENTS, &resources, [3, 2, 1]);
         let of_tile = |tile: u32| batch.of(batch.runs[tile as usize].clone());
         assert_nearness(&sums.read(&gpu), &[MERGED, 7], &format!("{tier:?}"), of_tile);

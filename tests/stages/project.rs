@@ -1,7 +1,7 @@
 //! From casters to footprints, keys and tile rectangles.
 use crate::common::{
     TIERS, gpu,
-    records::{read_records, records},
+    records::{choices_of, read_records, records},
     scenes::{Chance, empty, light, material, particle, triangle},
 };
 use gobo::{
@@ -127,7 +127,7 @@ fn project_on<T: bytemuck::NoUninit>(
     (name, casters): (&'static str, &[T]),
     input: &Input<'_>,
 ) -> Written {
-    let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, &[], &[]).unwrap();
+    let kernel = gpu.kernels.kernel(&gpu.device, desc, tier, choices_of(tier), &[]).unwrap();
     let texels: &[[u32; 4]] = bytemuck::cast_slice(casters);
     let form_of = |name| if name == "triangles" { Tier::Core } else { tier };
     let casters = records(gpu, form_of(name), (name, Rgba32Uint), texels, [0; 4]);

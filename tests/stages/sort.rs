@@ -1,6 +1,6 @@
 use crate::common::{
     gpu,
-    records::{read_records, records},
+    records::{form_of, read_records, records},
 };
 use gobo::{
     frame::{Commands, Kernels, Sort, SortCount},
@@ -68,7 +68,7 @@ fn pair_records(gpu: &Gpu, tier: Tier, pairs: &[Pair], capacity: u32) -> [Resour
 }
 
 fn kernels(gpu: &Gpu, (shape, tier): (Partition, Tier)) -> Kernels {
-    let record_form = tier.record_form();
+    let record_form = form_of(tier);
     let tuning = Tuning { partition: shape, record_form, ..Tuning::of(&gpu.adapter) };
     Kernels::new(&gpu.device, tier, tuning, gpu.kernels.clone())
 }

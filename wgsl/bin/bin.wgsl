@@ -2,7 +2,9 @@
 // crates/gobo-reference/src/bin.rs. Rust: src/stage/bin.rs.
 
 import package::bin::tiles::raise_dispatch;
-import package::bind::changed::{counters, dispatches, overflow, run_offsets, scattered_tiles, tile_cursors};
+import package::bind::changed::{
+    counters, dispatches, overflow, run_offsets, scattered_tiles, segments, tile_cursors,
+};
 import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{
@@ -45,6 +47,7 @@ fn bin_clear(@builtin(global_invocation_id) id: vec3<u32>) {
         atomicStore(&dispatches[tile], 0u);
     }
     if tile == 0u {
+        atomicStore(&segments.count, 0u);
         clear_counters();
     }
 }

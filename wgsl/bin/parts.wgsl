@@ -1,7 +1,7 @@
 // bin, where pairs may not fit: parts of the tiles. Rust: src/shadows/batch/parts.rs.
 
 import package::bin::tiles::record_tile;
-import package::bind::changed::{counters, dispatches, part_turn, tile_pairs};
+import package::bind::changed::{counters, dispatches, part_turn, segments, tile_pairs};
 import package::bind::uniform::{bin_params, part_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{
@@ -107,6 +107,11 @@ fn store_dispatch(dispatch: u32, counts: vec4<u32>) {
     atomicStore(&dispatches[4u * dispatch + 3u], counts.w);
 }
 
+fn clear_segments() {
+    atomicStore(&segments.count, 0u);
+    store_dispatch(SEGMENT_DISPATCH, vec4(0u));
+}
+
 // bin, where pairs did not fit: exclusive prefix sum of the tiles' pairs, in place, and whether the recorded
 // parts suffice. Else the footprints that did not fit are scattered. One workgroup.
 @compute @workgroup_size(PLAN_LANES)
@@ -156,7 +161,7 @@ fn part_plan(@builtin(local_invocation_index) lane: u32) {
 // again where no part follows. One invocation.
 @compute @workgroup_size(1)
 fn part_first() {
-    store_dispatch(SEGMENT_DISPATCH, vec4(0u));
+    clear_segments();
     store_dispatch(MERGED_DISPATCH, vec4(0u));
 }
 
@@ -181,7 +186,7 @@ fn part_next(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         store_dispatch(PART_DISPATCH, vec4(end - first, 1u, 1u, first));
         store_dispatch(PARTED_DISPATCH, vec4(1u, 0u, 0u, end));
-        store_dispatch(SEGMENT_DISPATCH, vec4(0u));
+        clear_segments();
         store_dispatch(MERGED_DISPATCH, vec4(0u));
     }
     storageBarrier(); // segments are counted from zero

@@ -32,7 +32,7 @@ fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     let tile = id.x;
     if tile >= bin_params.tile_count || atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
         // The last run ends behind all tiles, or the tile is walked with its part: no workgroup finishes it.
-        write_tile(tile, Tile(0u, 0u, 1u, 0u, vec2(0u)));
+        write_tile(tile, Tile(0u, 0u, 1u, 0u, vec2(0u), false));
         return;
     }
     record_tile(tile, tile, pair_range(tile));
@@ -49,15 +49,16 @@ fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
         view = select(view, i, views[i].first_tile <= tile);
     }
     let needed = (range.y - range.x + bin_params.segment_length - 1u) / bin_params.segment_length;
-    let merged = needed > 1u || scattered_tiles[tile] != 0u;
+    let scattered = scattered_tiles[tile] != 0u;
+    let merged = needed > 1u || (scattered && bin_params.adds_scattered == 0u);
     let number = tile - views[view].first_tile;
     let at = vec2(number % views[view].tiles_x, number / views[view].tiles_x);
-    var record = Tile(range.x, range.y, 0u, view, at);
+    var record = Tile(range.x, range.y, 0u, view, at, scattered);
     if !merged {
         write_tile(index, record);
         return;
     }
-    let slot = atomicAdd(&dispatches[4u * SEGMENT_DISPATCH + 3u], needed);
+    let slot = atomicAdd(&segments.count, needed);
     record.merged = slot + 1u;
     write_tile(index, record);
     let merged_slot = atomicAdd(&dispatches[4u * MERGED_DISPATCH + 3u], 1u);
@@ -70,7 +71,7 @@ fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
         let first = range.x + i * bin_params.segment_length;
         let end = min(first + bin_params.segment_length, range.y);
         let ends = select(0u, FIRST_SEGMENT, i == 0u) | select(0u, LAST_SEGMENT, end == range.y);
-        segments[slot + i] = Segment(tile, first, end, view | ends);
+        segments.all[slot + i] = Segment(tile, first, end, view | ends);
     }
 }
 

@@ -4,7 +4,8 @@ import package::records::batch::{BatchCounters, BinParams, Chunk, ProjectParams}
 import package::records::emitter::GpuEmitted;
 import package::records::host::LoadedGroups;
 import package::records::record::{CasterRecord, FootprintRecord};
-import package::records::tile::{Segment, TileRecord};
+import package::records::texel::TexelSums;
+import package::records::tile::{CountedSegments, TileRecord};
 
 @group(0) @binding(33) var<storage, read_write> casters: array<CasterRecord>;
 @group(0) @binding(39) var<storage, read_write> footprints: array<FootprintRecord>;
@@ -22,11 +23,12 @@ import package::records::tile::{Segment, TileRecord};
 @group(0) @binding(13) var<storage, read_write> overflow: array<u32>;
 @group(0) @binding(14) var<storage, read_write> partials: array<vec4<u32>>;
 @group(0) @binding(15) var<storage, read_write> scattered_tiles: array<u32>;
-@group(0) @binding(16) var<storage, read_write> segments: array<Segment>;
+@group(0) @binding(16) var<storage, read_write> segments: CountedSegments;
 @group(0) @binding(17) var<storage, read_write> small_depths: array<atomic<u32>>;
 @group(0) @binding(19) var<storage, read_write> counters: BatchCounters;
 @group(0) @binding(20) var<storage, read_write> nearness: array<atomic<u32>>;
 @group(0) @binding(23) var<storage, read_write> run_offsets: array<u32>;
+@group(0) @binding(193) var<storage, read_write> sums: array<TexelSums>;
 @group(0) @binding(24) var<storage, read_write> sum_blue: array<atomic<u32>>;
 @group(0) @binding(25) var<storage, read_write> sum_green: array<atomic<u32>>;
 @group(0) @binding(26) var<storage, read_write> sum_red: array<atomic<u32>>;

@@ -4,7 +4,7 @@ import package::records::batch::Chunk;
 import package::records::emitter::GpuEmitted;
 import package::records::host::{Caster, Gaussian, HostGroup};
 import package::records::record::{CasterRecord, FootprintRecord};
-import package::records::tile::{Segment, TileRecord};
+import package::records::tile::{Segments, TileRecord};
 
 @group(0) @binding(33) var<storage, read> casters: array<CasterRecord>;
 @group(0) @binding(39) var<storage, read> footprints: array<FootprintRecord>;
@@ -21,8 +21,7 @@ import package::records::tile::{Segment, TileRecord};
 @group(0) @binding(12) var<storage, read> merged_tiles: array<u32>;
 @group(0) @binding(13) var<storage, read> overflow: array<u32>;
 @group(0) @binding(14) var<storage, read> partials: array<vec4<u32>>;
-@group(0) @binding(15) var<storage, read> scattered_tiles: array<u32>;
-@group(0) @binding(16) var<storage, read> segments: array<Segment>;
+@group(0) @binding(16) var<storage, read> segments: Segments;
 @group(0) @binding(17) var<storage, read> small_depths: array<u32>;
 @group(0) @binding(73) var<storage, read> point_positions: array<f32>;
 @group(0) @binding(71) var<storage, read> point_normals: array<f32>;

@@ -3,12 +3,12 @@
 // src/stage/curve.rs.
 
 import package::bind::changed::{counters, free_pages};
-import package::bind::read::{dispatches, scattered_tiles};
+import package::bind::read::dispatches;
 import package::bind::uniform::{bin_params, views};
 import package::bind::updated::curve_pages;
 import package::curve::pages::{BLANK_PAGE, SHORT_PAGE};
 import package::records::batch::{PARTED_DISPATCH, PART_DISPATCH};
-import package::records::tile::{Tile, tile_number_of};
+import package::records::tile::Tile;
 import package::records::view::TILE_SIZE;
 import choice::records::tile_at;
 
@@ -39,7 +39,7 @@ fn tile_count() -> u32 {
 }
 
 fn has_casters(tile: Tile) -> bool {
-    return (tile.first < tile.end) | (scattered_tiles[tile_number_of(views[tile.view], tile)] != 0u);
+    return (tile.first < tile.end) | tile.scattered;
 }
 
 // curve, give pages: one to each tile with casters, as long as there are any. One invocation per tile.

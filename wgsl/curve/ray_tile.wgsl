@@ -1,6 +1,5 @@
 // Output: the curves, filter and nearest depth of a tile of discs that one workgroup finishes.
 
-import package::bind::read::scattered_tiles;
 import package::curve::blank::stays_blank;
 import package::curve::pages::{page_of, place_in};
 import package::features::unrolled;
@@ -16,12 +15,14 @@ const SPLITS: bool = true; // bodies are split with free nodes
 
 var<private> walked_tile: u32;
 var<private> walked_page: u32;
+var<private> has_scattered: bool;
 var<private> blank: bool;
 var<private> alpha_of_none: f32;
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     walked_tile = tile_number_of(view, tile);
-    blank = stays_blank(view, texel, (tile.first < tile.end) | scattered());
+    has_scattered = tile.scattered;
+    blank = stays_blank(view, texel, (tile.first < tile.end) | has_scattered);
     alpha_of_none = 1.0;
     walked_page = page_of(view.origin + texel, view.layer);
     for (var turn = u32(blank); turn < 1u; turn += 1u) {
@@ -36,7 +37,7 @@ fn is_blank() -> bool {
 
 // Whether some of the tile's casters have no pairs.
 fn scattered() -> bool {
-    return scattered_tiles[walked_tile] != 0u;
+    return has_scattered;
 }
 
 // These casters' light at row `i` of a column of texels.

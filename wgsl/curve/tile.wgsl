@@ -2,7 +2,6 @@
 // crates/gobo-reference/src/curve/tile.rs.
 
 import package::bind::changed::counters;
-import package::bind::read::scattered_tiles;
 import package::bind::stored::{curves, filters, nearests};
 import package::curve::blank::stays_blank;
 import package::curve::bodies::split_bodies;
@@ -20,11 +19,13 @@ import package::sums::sums::blackened;
 import package::traversal::lane::sum_index;
 
 var<private> walked_tile: u32;
+var<private> has_scattered: bool;
 var<private> is_blank: bool;
 
 fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     walked_tile = tile_number_of(view, tile);
-    is_blank = stays_blank(view, texel, (tile.first < tile.end) | is_scattered());
+    has_scattered = tile.scattered;
+    is_blank = stays_blank(view, texel, (tile.first < tile.end) | has_scattered);
 }
 
 // Whether the tile has no casters, and its curves are not stored.
@@ -43,7 +44,7 @@ fn store_empty(view: GpuView, texel: vec2<u32>) {
 
 // Whether some of the tile's casters have no pairs.
 fn is_scattered() -> bool {
-    return scattered_tiles[walked_tile] != 0u;
+    return has_scattered;
 }
 
 // Steps behind all pairs: volumes that contain the light, and scattered casters, of which few tiles have any.

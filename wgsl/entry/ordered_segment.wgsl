@@ -4,12 +4,12 @@
 // crates/gobo-reference/src/accumulate.rs, which sorts all hits of a ray.
 
 import package::accumulator::filter::{ROWS, body_faces, start, texels};
-import package::bind::read::{dispatches, segments};
+import package::bind::read::segments;
 import package::bind::uniform::views;
 import package::entry::walk::{SHARES, SHARE_LANES, share_texel};
 import package::features::{HAS_OVER, unrolled};
 import package::hit::hit_order::least_depth;
-import package::records::batch::{SEGMENT_DISPATCH, workgroup_number};
+import package::records::batch::workgroup_number;
 import package::records::footprint::{front_depth, load_footprint};
 import package::records::tile::{Segment, is_first_segment, is_last_segment, segment_view};
 import package::records::view::GpuView;
@@ -32,10 +32,10 @@ fn walk_ordered_segment(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = workgroup_number(workgroup, workgroups);
-    if index >= dispatches[SEGMENT_DISPATCH].w {
+    if index >= segments.count {
         return;
     }
-    let segment = segments[index];
+    let segment = segments.all[index];
     let view = views[segment_view(segment)];
     if SHARES == 1u {
         walk_share(view, segment, index, share_texel(0u, lane));

@@ -3,7 +3,7 @@
 import package::bind::read::{dispatches, merged_tiles, overflow, segments};
 import package::bind::uniform::views;
 import package::records::batch::{
-    MERGED_DISPATCH, OVERFLOW_DISPATCH, OVERFLOW_SLICES, SEGMENT_DISPATCH, workgroup_number,
+    MERGED_DISPATCH, OVERFLOW_DISPATCH, OVERFLOW_SLICES, workgroup_number,
 };
 import package::records::footprint::load_footprint;
 import package::records::tile::{Segment, Tile, segment_view, tile_number_of};
@@ -55,10 +55,10 @@ fn walk_segment(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = workgroup_number(workgroup, workgroups);
-    if index >= dispatches[SEGMENT_DISPATCH].w {
+    if index >= segments.count {
         return;
     }
-    let segment = segments[index];
+    let segment = segments.all[index];
     let view = views[segment_view(segment)];
     if SHARES == 1u {
         walk_segment_share(view, segment, index, share_texel(0u, lane));

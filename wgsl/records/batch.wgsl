@@ -55,6 +55,7 @@ struct BinParams {
     view_count: u32,
     segment_length: u32, // pairs that one workgroup of `accumulate` walks
     block_runs: u32,     // runs of one workgroup
+    adds_scattered: u32, // 1: a tile's walk adds its scattered casters; 0: they make it a merged one
 }
 
 // Keeps counting past every capacity; reset before each batch. Rust: `BatchCounters`.

@@ -1,4 +1,4 @@
-// Records from textures: where a stage has few storage buffers, or the adapter reads them slowly. Casters
+// Records from textures: where buffers cannot be bound whole, or the adapter reads them slowly. Casters
 // that kernels have written were copied there.
 
 import package::bind::loaded::histograms;

@@ -1,5 +1,12 @@
-// Depths and owner tags in the format of maps. CPU reference: crates/gobo-reference/src/occlude.rs. Rust:
-// src/records/owner.rs.
+// Sums of a texel, and depths and owner tags in the format of maps. CPU reference:
+// crates/gobo-reference/src/occlude.rs. Rust: src/records/owner.rs.
+
+struct TexelSums {
+    red: atomic<u32>, // optical depth in fixed point
+    green: atomic<u32>,
+    blue: atomic<u32>,
+    nearness: atomic<u32>,
+}
 
 // Opaque depths in the format of maps: the last bit marks a dithered surface, because softening fills only
 // the holes of dithered surfaces.

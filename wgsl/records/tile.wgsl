@@ -10,6 +10,7 @@ struct Tile {
     merged: u32, // 0, or 1 + its first segment if several workgroups share the tile
     view: u32,
     position: vec2<u32>, // in the view's map [tiles]
+    scattered: bool, // whether some of its casters have no pairs
 }
 
 // A tile as stored.
@@ -17,18 +18,22 @@ struct TileRecord {
     first: u32,
     end: u32,
     merged: u32,
-    place: u32, // the view and the position
+    place: u32, // the view, the position, and whether casters were scattered to it
 }
+
+const SCATTERED_BIT: u32 = 0x80u;
 
 // A batch has at most 64 views, a map at most 4,096 tiles along an edge.
 fn packed_tile(tile: Tile) -> TileRecord {
     let place = tile.view | (tile.position.x << 8u) | (tile.position.y << 20u);
-    return TileRecord(tile.first, tile.end, tile.merged, place);
+    let scattered = select(0u, SCATTERED_BIT, tile.scattered);
+    return TileRecord(tile.first, tile.end, tile.merged, place | scattered);
 }
 
 fn unpacked_tile(it: TileRecord) -> Tile {
     let position = vec2((it.place >> 8u) & 0xfffu, it.place >> 20u);
-    return Tile(it.first, it.end, it.merged, it.place & 0xffu, position);
+    let scattered = (it.place & SCATTERED_BIT) != 0u;
+    return Tile(it.first, it.end, it.merged, it.place & (SCATTERED_BIT - 1u), position, scattered);
 }
 
 // Number of a tile in its batch.
@@ -42,6 +47,18 @@ struct Segment {
     first: u32, // of its pairs
     end: u32,
     source: u32, // its view, and whether it is the first and the last of its tile
+}
+
+// All segments of a batch, behind their number.
+struct Segments {
+    @size(16) count: u32,
+    all: array<Segment>,
+}
+
+// The same, while they are counted.
+struct CountedSegments {
+    @size(16) count: atomic<u32>,
+    all: array<Segment>,
 }
 
 const FIRST_SEGMENT: u32 = 0x100u;

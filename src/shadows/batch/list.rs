@@ -79,6 +79,7 @@ impl List {
         let scratch: &Scratch = context.scratch;
         let counters =
             context.allocator.storage::<BatchCounters>("counters", 1, BufferUsages::COPY_SRC)?;
+        let curves = plan.features.nodes > 0 && !context.camera;
         let values = BinParams::new(
             context.config.tuning.partition,
             plan.footprint_count,
@@ -87,6 +88,7 @@ impl List {
             view_count,
             plan.segment_length(&context.config.tuning),
         );
+        let values = BinParams { adds_scattered: u32::from(curves), ..values };
         let params = context.listed_uniform("bin_params", &values, plan.host.is_some());
         let chunks = Chunks::new(context, plan, &params)?;
         let bucketed =
@@ -116,11 +118,7 @@ impl List {
             pairs.pass("gobo bin", bin_pairs(context, features, &footprints, &values)?);
             of_tiles = tiles.dispatches;
         }
-        // Curves read scattered casters themselves.
-        let curves = plan.features.nodes > 0 && !context.camera;
-        let scattered = if curves { &scratch.nothing_scattered } else { &scratch.scattered_tiles };
-        let resources =
-            resources.with("pairs", &scratch.pairs[sorted[1]]).with("scattered_tiles", scattered);
+        let resources = resources.with("pairs", &scratch.pairs[sorted[1]]);
         if bucketed {
             let resources = resources.clone().with("keys", &scratch.keys[0]);
             let [count, place, emit, order] = buckets(context, features, &resources, &values)?;

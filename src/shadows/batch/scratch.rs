@@ -5,7 +5,7 @@ use crate::shadows::{
 };
 use crate::{
     error::Error,
-    gpu::{Allocator, RecordForm, Resource, Resources, Tier},
+    gpu::{Allocator, RecordForm, Resource, Resources},
     model::TILE_SIZE,
     records::{CURVE_SEGMENT, Footprint, TriangleSetup},
     stage::{
@@ -50,8 +50,6 @@ pub struct Scratch {
     pub dispatches: Buffer,
     /// Curves of segments.
     pub partials: Buffer,
-    /// Zeros in place of the scattered tiles, for curves, whose tiles read scattered casters themselves.
-    pub nothing_scattered: Buffer,
     /// Transfers of segments to texels, if some list composes them one by one.
     pub composed: Option<Buffer>,
     pub(crate) small: SmallDepths,
@@ -156,15 +154,21 @@ const SUMS: [&str; 4] = ["sum_red", "sum_green", "sum_blue", "nearness"];
 
 /// Optical depth per channel and nearness, one element per texel of a batch. Zero before each batch: new
 /// memory is zero, and `resolve` resets it.
-fn sums(allocator: &mut Allocator<'_>, tier: Tier, texels: u64) -> Result<Resources, Error> {
-    let usage = TextureUsages::STORAGE_ATOMIC | TextureUsages::STORAGE_BINDING;
-    SUMS.iter().try_fold(Resources::new(), |all, name| {
-        Ok(if tier.has_texture_atomics() {
+fn sums(allocator: &mut Allocator<'_>, config: &Config, texels: u64) -> Result<Resources, Error> {
+    let (atomic, none) = (TextureUsages::STORAGE_ATOMIC, BufferUsages::empty());
+    let mut all = Resources::new();
+    if !config.tier.has_texture_atomics() && config.tuning.record_form == RecordForm::Buffers {
+        return Ok(all.with("sums", &allocator.storage::<[u32; 4]>("sums", texels, none)?));
+    }
+    for name in SUMS {
+        all = if config.tier.has_texture_atomics() {
+            let usage = atomic | TextureUsages::STORAGE_BINDING;
             all.with(name, &allocator.records(name, R32Uint, texels, usage)?)
         } else {
-            all.with(name, &allocator.storage::<u32>(name, texels, BufferUsages::empty())?)
-        })
-    })
+            all.with(name, &allocator.storage::<u32>(name, texels, none)?)
+        };
+    }
+    Ok(all)
 }
 
 /// Buffers of the parts, which all lists use one after another.
@@ -251,7 +255,6 @@ impl Scratch {
         let overflow = words("overflow", sizes.footprints)?;
         let tile_cursors = words("tile_cursors", sizes.tiles * sizes.bucket_room.min(1))?;
         let curves = u64::from(nodes > 0);
-        let nothing_scattered = words("nothing_scattered", curves * sizes.tiles)?;
         let parts = (sizes.part_tiles > 0)
             .then(|| PartBuffers::new(allocator, sizes.part_tiles))
             .transpose()?;
@@ -260,14 +263,14 @@ impl Scratch {
         let partials =
             curves * partial_count(sizes.part_room, sizes.segment) * sizes.segment_bytes / 16;
         let bucketed = allocator.storage::<[[u32; 2]; 2]>("bucketed", sizes.bucket_room, none)?;
-        let segments = allocator.storage::<Segment>("segments", segments, none)?;
+        let segments = allocator.storage::<Segment>("segments", 1 + segments, none)?;
         let dispatches = allocator.storage::<[u32; 4]>(
             "dispatches",
             DispatchEntry::COUNT,
             BufferUsages::INDIRECT,
         )?;
         let partials = allocator.storage::<[u32; 4]>("partials", partials, none)?;
-        let sums = sums(allocator, config.tier, sizes.summed_tiles * TEXELS)?;
+        let sums = sums(allocator, config, sizes.summed_tiles * TEXELS)?;
         let small = SmallDepths::new(allocator, sizes.small_tiles * TEXELS)?;
         let resources = sums
             .with("footprints", &footprints)
@@ -296,7 +299,6 @@ impl Scratch {
             scattered_tiles,
             dispatches,
             partials,
-            nothing_scattered,
             composed,
             small,
             sizes,

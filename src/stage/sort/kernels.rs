@@ -17,14 +17,12 @@ const RANKS: Choice =
 pub const SERIAL_COUNT: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_serial_count", "sort/serial.wgsl")
 };
 
 /// Pairs with the same digit in earlier runs. One invocation per digit.
 pub const SERIAL_SCAN: KernelDesc = KernelDesc {
     constants: SERIAL_CONSTANTS,
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_serial_scan", "sort/sort.wgsl")
 };
 
@@ -32,7 +30,6 @@ pub const SERIAL_SCAN: KernelDesc = KernelDesc {
 pub const SERIAL_SCATTER: KernelDesc = KernelDesc {
     with: &[DIGITS_64],
     constants: SERIAL_CONSTANTS,
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_serial_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
@@ -41,7 +38,6 @@ pub const LONG_COUNT: KernelDesc = KernelDesc {
     entry: "sort_serial_count",
     with: &[DIGITS_256],
     constants: SERIAL_CONSTANTS,
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_long_count", "sort/serial.wgsl")
 };
 
@@ -50,19 +46,17 @@ pub const LONG_SCATTER: KernelDesc = KernelDesc {
     entry: "sort_serial_scatter",
     with: &[DIGITS_256],
     constants: SERIAL_CONSTANTS,
-    tiers: Tier::BY_RECORDS,
     ..KernelDesc::new("sort_long_scatter", "sort/sort_serial_scatter.wgsl")
 };
 
 /// Histogram of the digits of each block. One workgroup per block.
-pub const WIDE_COUNT: KernelDesc =
-    KernelDesc { tiers: Tier::BY_RECORDS, ..KernelDesc::new("sort_wide_count", "sort/wide.wgsl") };
+pub const WIDE_COUNT: KernelDesc = KernelDesc::new("sort_wide_count", "sort/wide.wgsl");
 
 /// Pairs with the same digit in earlier blocks. One workgroup per digit.
 pub const WIDE_SCAN: KernelDesc = KernelDesc {
     with: &[SCAN],
     constants: WIDE_CONSTANTS,
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("sort_wide_scan", "sort/sort_wide_scan.wgsl")
 };
 
@@ -70,7 +64,7 @@ pub const WIDE_SCAN: KernelDesc = KernelDesc {
 pub const WIDE_SCATTER: KernelDesc = KernelDesc {
     with: &[RANKS, SCAN],
     constants: WIDE_CONSTANTS,
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..KernelDesc::new("sort_wide_scatter", "sort/sort_wide_scatter.wgsl")
 };
 

@@ -8,6 +8,7 @@ pub(super) const KERNELS_ALONE: &[&str] = &[
     "UNEVEN",
     "CHILDREN",
     "FIRST_SEGMENT",
+    "SCATTERED_BIT",
     "FROM_LIGHT",
     "LAST_SEGMENT",
     "LEAST_INVERSE",

@@ -47,7 +47,7 @@ const CATCHERS: Choice = Choice::new("catcher", "shade/composite_kept.wgsl");
 pub const SEEN: KernelDesc = KernelDesc {
     with: &[IN_ORDER, SEEN_STATE, WALK, LANE_CASTER],
     constants: &[FILTERS_IMAGES],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..kernel("shade_seen", "shade/shade_seen.wgsl")
 };
 
@@ -55,7 +55,7 @@ pub const SEEN: KernelDesc = KernelDesc {
 pub const LAYERS: KernelDesc = KernelDesc {
     with: &[IN_ORDER, LAYER_STATE, WALK, LANE_CASTER],
     constants: &[("SHADES_BRICKS", 1.0), FILTERS_IMAGES],
-    tiers: Tier::ALL,
+    tiers: Tier::BY_SUBGROUPS,
     ..kernel("shade_layers", "shade/shade_layers.wgsl")
 };
 
@@ -65,11 +65,8 @@ pub(super) const fn of_pixels(name: &'static str, root: &'static str) -> KernelD
 }
 
 /// Points of opaque surfaces.
-pub const SURFACES: KernelDesc = KernelDesc {
-    with: &[NO_CATCHERS],
-    tiers: Tier::BY_RECORDS,
-    ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl")
-};
+pub const SURFACES: KernelDesc =
+    KernelDesc { with: &[NO_CATCHERS], ..of_pixels("shade_surfaces", "shade/shade_surfaces.wgsl") };
 /// [`SURFACES`], some of which show the surroundings behind them.
 pub const CATCHING_SURFACES: KernelDesc =
     KernelDesc { name: "shade_catching_surfaces", with: &[CATCHERS], ..SURFACES };
@@ -81,7 +78,6 @@ pub fn surfaces(catches: bool) -> &'static KernelDesc {
 /// Blends the picture.
 pub const COMPOSITE: KernelDesc = KernelDesc {
     with: &[AMBIENT_NONE, STRAIGHT],
-    tiers: Tier::BY_RECORDS,
     ..of_pixels("shade_composite", "shade/shade_composite.wgsl")
 };
 /// [`COMPOSITE`], which keeps the ambient light for [`occlusion`](super::occlusion).
@@ -112,28 +108,21 @@ pub const KEEP: KernelDesc = of_pixels("shade_keep", "shade/shade_keep.wgsl");
 
 /// Points of the two nearest panes.
 pub const PANES: KernelDesc = KernelDesc {
-    tiers: Tier::BY_RECORDS,
     constants: &[("WORKGROUP_SIZE", POINT_LANES as f64), FILTERS_IMAGES],
     ..of_points(kernel("shade_panes", "shade/shade_panes.wgsl"))
 };
 /// One invocation per tile of a band.
-pub const LAYERED: KernelDesc = KernelDesc {
-    tiers: Tier::BY_RECORDS,
-    ..of_points(kernel("shade_layered", "shade/layer.wgsl"))
-};
+pub const LAYERED: KernelDesc =
+    KernelDesc { ..of_points(kernel("shade_layered", "shade/layer.wgsl")) };
 /// Points of particles and Gaussians.
-pub const CASTERS: KernelDesc = KernelDesc {
-    tiers: Tier::BY_RECORDS,
-    ..of_points(kernel("shade_casters", "shade/shade_casters.wgsl"))
-};
+pub const CASTERS: KernelDesc =
+    KernelDesc { ..of_points(kernel("shade_casters", "shade/shade_casters.wgsl")) };
 /// Points of the lattices in bricks of voxels.
 pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_casters.wgsl"));
 
 /// Tiles of each footprint that are in a part of the picture.
-pub const CLIP: KernelDesc = KernelDesc {
-    tiers: Tier::BY_RECORDS,
-    ..of_points(kernel("shade_clip", "shade/shade_clip.wgsl"))
-};
+pub const CLIP: KernelDesc =
+    KernelDesc { ..of_points(kernel("shade_clip", "shade/shade_clip.wgsl")) };
 
 gobo::gpu_struct! {
     /// WGSL: `crates/gobo-picture/wgsl/shade/band.wgsl`.

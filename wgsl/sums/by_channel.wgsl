@@ -1,5 +1,6 @@
-// Sums over the casters of a texel, in storage buffers: tiers without TEXTURE_ATOMIC. Texel = tile * 256 +
-// index in the tile. Optical depth per channel in fixed point, and nearness of the nearest hit.
+// Sums over the casters of a texel, in a storage buffer for each channel: tiers without TEXTURE_ATOMIC whose
+// records are in textures. Texel = tile * 256 + index in the tile. Optical depth in fixed point, and nearness
+// of the nearest hit.
 
 import package::bind::changed::{nearness, sum_blue, sum_green, sum_red};
 
