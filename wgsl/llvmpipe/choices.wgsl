@@ -30,41 +30,51 @@ fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
 
 const TILE_RUN: u32 = 4u; // Rust: src/stage/tuning.rs
 
-// A run of tiles. llvmpipe executes a walk's code even where it visits nothing, but leaves a loop at its end:
-// empty tiles are stored in a loop of their own. A tile is one share.
+// A run of tiles. llvmpipe executes a walk's code, and all stores, even where no lane takes them, but leaves a
+// loop at its end: empty tiles and others are stored in a loop each, which tests at its end whether there is
+// one more. A tile is one share.
 fn walk_tiles(number_of_run: u32, first_share: u32, step: u32, lane: u32) {
     let in_tile = share_texel(0u, lane);
     // Tiles of a part are not one behind the other.
     let count = select(TILE_RUN, 1u, dispatches[PARTED_DISPATCH].x != 0u);
-    var number = number_of_run * count;
-    let end = number + count;
+    let first = number_of_run * count;
+    let end = first + count;
+    var number = next_tile(first, end, in_tile, true);
     loop {
-        number = store_empty_tiles(number, end, in_tile);
+        if number < end {
+            let tile = tile_at(number);
+            store_empty(views[tile.view], tile.position * TILE_SIZE + in_tile);
+        }
+        number = next_tile(number + 1u, end, in_tile, true);
+        if number >= end {
+            break;
+        }
+    }
+    number = next_tile(first, end, in_tile, false);
+    loop {
         if number < end {
             let tile = tile_at(number);
             walk_tile_share(views[tile.view], tile, in_tile);
         }
-        number += 1u;
+        number = next_tile(number + 1u, end, in_tile, false);
         if number >= end {
             break;
         }
     }
 }
 
-// Stores the tiles before the first that must be walked, and returns its number; `end` if there is none.
-fn store_empty_tiles(first: u32, end: u32, in_tile: vec2<u32>) -> u32 {
+// The first tile from `first` on that stays empty, or else that must be walked; `end` or more if there is
+// none.
+fn next_tile(first: u32, end: u32, in_tile: vec2<u32>, is_empty: bool) -> u32 {
     var number = first;
-    var stays = true;
+    var is_next = false;
     loop {
-        let tile = tile_at(number);
+        let tile = tile_at(min(number, end - 1u));
         let view = views[tile.view];
-        let texel = tile.position * TILE_SIZE + in_tile;
-        stays = tile.merged != 0u || stays_empty(view, texel, tile);
-        if stays && tile.merged == 0u {
-            store_empty(view, texel);
-        }
-        number += u32(stays);
-        if !stays || number >= end {
+        let stays = stays_empty(view, tile.position * TILE_SIZE + in_tile, tile);
+        is_next = (tile.merged == 0u) & (stays == is_empty);
+        number += u32(!is_next);
+        if is_next | (number >= end) {
             break;
         }
     }
