@@ -39,7 +39,7 @@ override HAS_DITHER: bool = true;
 override HAS_SMALL: bool = false;
 // The batch's views are perspective ones.
 override PERSPECTIVE: bool = false;
-// The batch has Gaussians, and orthographic views only.
+// The batch has orthographic views only.
 override PARALLEL: bool = false;
 // The setup of a splat has the index of its footprint.
 override SETUPS_IN_ORDER: bool = false;

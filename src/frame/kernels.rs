@@ -77,7 +77,7 @@ impl Kernels {
     ) -> Result<Kernel, KernelError> {
         let Self { device, tier, tuning, cache, .. } = self;
         let constants = [constants, &tuning.constants()].concat();
-        cache.request(device, desc, *tier, &tuning.choices(), &constants)
+        cache.request(device, desc, *tier, &tuning.choices(desc), &constants)
     }
 
     /// A dispatch of a kernel with the resources that it declares.

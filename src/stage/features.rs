@@ -37,7 +37,7 @@ bitflags::bitflags! {
         const HAS_SMALL = 1 << 13;
         /// The views are perspective ones; for casters of one simple kind only.
         const PERSPECTIVE = 1 << 14;
-        /// The views are orthographic ones; for lists with Gaussians only.
+        /// The views are orthographic ones.
         const PARALLEL = 1 << 36;
         /// The setup of a splat has its footprint's index; for splats alone.
         const SETUPS_IN_ORDER = 1 << 37;
@@ -180,7 +180,7 @@ impl Features {
     pub fn of_views(self, perspective: bool, opaque: bool) -> Self {
         let is_simple = self.simple().is_some();
         self.with(Flags::PERSPECTIVE, is_simple && perspective)
-            .with(Flags::PARALLEL, !perspective && self.has(Flags::HAS_GAUSSIANS))
+            .with(Flags::PARALLEL, !perspective)
             .with(Flags::HAS_OPAQUE, is_simple && opaque)
     }
 

@@ -13,10 +13,11 @@ pub(super) const INTERLEAVED: Choice = Choice::new("order", "llvmpipe/choices.wg
 /// Reads sampled textures as storage textures where `wgsl/bind/loaded.wgsl` declares them, as many as the
 /// tier allows.
 pub const LOADED: Choice = Choice::new(SAMPLED, "bind/loaded.wgsl");
-/// Workgroups walk runs of tiles. Invocations hold four texels in a column, or eight of simple casters; nodes
-/// of curves and hits that wait for late ones are in registers, and loops over them are unrolled.
-pub const COLUMNS: [Choice; 7] = [
-    Choice::new("tiles", "llvmpipe/choices.wgsl"),
+/// Workgroups walk runs of tiles.
+pub const RUNS: Choice = Choice::new("tiles", "llvmpipe/choices.wgsl");
+/// Invocations hold four texels in a column, or eight of simple casters; nodes of curves and hits that wait
+/// for late ones are in registers, and loops over them are unrolled.
+pub const COLUMNS: [Choice; 6] = [
     Choice::new("rows", "llvmpipe/choices.wgsl"),
     Choice::new("nodes", "llvmpipe/nodes.wgsl"),
     Choice::new("written", "llvmpipe/choices.wgsl"),

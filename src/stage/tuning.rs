@@ -2,6 +2,7 @@
 //! Code that only llvmpipe needs is in `wgsl/llvmpipe/` and [`super::llvmpipe`]; without it only speed is
 //! lost.
 use super::{
+    accumulate::is_plain,
     bin::{DISC_SEGMENT, WIDE_DISC_SEGMENT},
     buckets::BUCKET_PAIRS,
     llvmpipe,
@@ -111,18 +112,20 @@ impl Tuning {
         Self { record_form, ..self }
     }
 
-    /// Tiles that a workgroup walks.
-    pub fn tile_run(&self) -> u32 {
-        if self.columns { TILE_RUN } else { 1 }
+    /// Tiles that a workgroup of a kernel walks. One where visits cost no more than the search for empty
+    /// tiles.
+    pub fn tile_run(&self, desc: &KernelDesc) -> u32 {
+        if self.columns && !is_plain(desc) { TILE_RUN } else { 1 }
     }
 
     /// Choices that replace a kernel's own.
-    pub fn choices(&self) -> Vec<Choice> {
+    pub fn choices(&self, desc: &KernelDesc) -> Vec<Choice> {
         let chosen = [
             (self.interleaved, &[llvmpipe::INTERLEAVED][..]),
             (self.loaded, &[llvmpipe::LOADED]),
             (self.record_form == RecordForm::Textures, &IN_TEXTURES),
             (self.columns, &llvmpipe::COLUMNS),
+            (self.tile_run(desc) > 1, &[llvmpipe::RUNS]),
         ];
         chosen.into_iter().filter(|(is, _)| *is).flat_map(|(_, choices)| choices).copied().collect()
     }

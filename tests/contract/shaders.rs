@@ -9,7 +9,7 @@ use gobo::{
     stage::{
         bin, curve,
         levels::{OF_AREA, OF_POINT},
-        llvmpipe::{COLUMNS, LOADED},
+        llvmpipe::{COLUMNS, LOADED, RUNS},
         sort::SERIAL_SCATTER,
         tuning::IN_TEXTURES,
     },
@@ -69,7 +69,7 @@ fn kernels_of_software_adapters_are_valid() {
     let mut more = HashSet::new();
     let all = kernels().iter().flat_map(|desc| Tier::ALL.iter().map(move |tier| (desc, *tier)));
     for (desc, tier) in all.filter(|(desc, tier)| *tier >= desc.tiers[0]) {
-        let of_software = [&COLUMNS[..], &[LOADED], &IN_TEXTURES].concat();
+        let of_software = [&COLUMNS[..], &[LOADED, RUNS], &IN_TEXTURES].concat();
         let [own, loaded] = [&IN_TEXTURES[..], &of_software]
             .map(|choices| desc.specialised(tier, choices, &[]).unwrap());
         assert!(!loaded.wgsl.contains("< unrolled("), "{}: a loop is not written out", desc.name);
@@ -129,7 +129,8 @@ fn every_declaration_is_some_kernels() {
         let choices = [(source.name, source.files[0])];
         linked.push(library.link("shade/light_through.wgsl", "light_at", &choices).unwrap());
     }
-    linked.extend(kernels().iter().map(|desc| desc.link_with(Tier::Native, &COLUMNS).unwrap()));
+    let columns = [&COLUMNS[..], &[RUNS]].concat();
+    linked.extend(kernels().iter().map(|desc| desc.link_with(Tier::Native, &columns).unwrap()));
     let on_core = kernels().iter().filter(|desc| desc.tiers.contains(&Tier::Core));
     linked.extend(on_core.map(|desc| desc.link_with(Tier::Core, &IN_TEXTURES).unwrap()));
     let items = linked.iter().flat_map(|linked| &linked.items);

@@ -1,6 +1,6 @@
 //! No branch or loop of a kernel depends on uniform buffers and constants alone: lavapipe recompiles such
 //! kernels for every uniform buffer that is bound, and keeps all versions.
-use gobo::stage::llvmpipe::COLUMNS;
+use gobo::stage::llvmpipe::{COLUMNS, RUNS};
 use gobo_picture::stage::variants;
 use naga::{
     AddressSpace, Block, Expression, Function, Handle, Module, Span, Statement, front::wgsl,
@@ -219,7 +219,7 @@ impl<'a> Walk<'a> {
 fn no_branch_is_uniform() {
     let mut found = Vec::new();
     for (desc, tier) in variants() {
-        let source = desc.specialised(tier, &COLUMNS, &[]).unwrap();
+        let source = desc.specialised(tier, &[&COLUMNS[..], &[RUNS]].concat(), &[]).unwrap();
         for span in branches(&wgsl::parse_str(&source.wgsl).unwrap()) {
             let line = source.wgsl[span.to_range().unwrap()].lines().next().unwrap_or_default();
             found.push(format!("{} ({tier:?}): {line}", desc.name));

@@ -80,7 +80,7 @@ fn bucket_place(
     let first = workgroupUniformLoad(&start) + prefix.before;
     if tile < bin_params.tile_count {
         atomicStore(&tile_cursors[tile], first);
-        record_tile(tile, tile, vec2(first, first + count));
+        record_tile(tile, tile, vec2(first, first + count), true);
     }
 }
 

@@ -192,6 +192,6 @@ fn part_next(@builtin(local_invocation_index) lane: u32) {
     storageBarrier(); // segments are counted from zero
     for (var tile = first + lane; tile < end; tile += TILE_LANES) {
         let range = vec2(atomicLoad(&tile_pairs[tile]), atomicLoad(&tile_pairs[tile + 1u]));
-        record_tile(tile, tile - first, range - before);
+        record_tile(tile, tile - first, range - before, true);
     }
 }

@@ -30,19 +30,20 @@ fn pair_range(tile: u32) -> vec2<u32> {
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn bin_tiles(@builtin(global_invocation_id) id: vec3<u32>) {
     let tile = id.x;
-    if tile >= bin_params.tile_count || atomicLoad(&dispatches[4u * PARTED_DISPATCH]) != 0u {
-        // The last run ends behind all tiles, or the tile is walked with its part: no workgroup finishes it.
-        write_tile(tile, Tile(0u, 0u, 1u, 0u, vec2(0u), false));
-        return;
+    // The last run ends behind all tiles, and a list in parts has its tiles recorded part by part.
+    let is_there = tile < bin_params.tile_count && atomicLoad(&dispatches[4u * PARTED_DISPATCH]) == 0u;
+    var range = vec2(0u);
+    if is_there {
+        range = pair_range(tile);
     }
-    record_tile(tile, tile, pair_range(tile));
+    record_tile(tile, tile, range, is_there);
 }
 
 // Work of a tile whose pairs are known: one workgroup, or several segments where its pairs are many or
 // casters were scattered to it.
 
-// `index`: of the tile's record.
-fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
+// `index`: of the tile's record; `is_there`: whether the tile is walked, else no workgroup finishes it.
+fn record_tile(tile: u32, index: u32, range: vec2<u32>, is_there: bool) {
     var view = 0u;
     let view_count = min(bin_params.view_count, arrayLength(&scattered_tiles));
     for (var i = 1u; i < view_count; i += 1u) {
@@ -50,17 +51,17 @@ fn record_tile(tile: u32, index: u32, range: vec2<u32>) {
     }
     let needed = (range.y - range.x + bin_params.segment_length - 1u) / bin_params.segment_length;
     let scattered = scattered_tiles[tile] != 0u;
-    let merged = needed > 1u || (scattered && bin_params.adds_scattered == 0u);
+    let merged = is_there && (needed > 1u || (scattered && bin_params.adds_scattered == 0u));
     let number = tile - views[view].first_tile;
     let at = vec2(number % views[view].tiles_x, number / views[view].tiles_x);
-    var record = Tile(range.x, range.y, 0u, view, at, scattered);
+    var slot = 0u;
+    if merged {
+        slot = atomicAdd(&segments.count, needed);
+    }
+    write_tile(index, Tile(range.x, range.y, select(u32(!is_there), slot + 1u, merged), view, at, scattered));
     if !merged {
-        write_tile(index, record);
         return;
     }
-    let slot = atomicAdd(&segments.count, needed);
-    record.merged = slot + 1u;
-    write_tile(index, record);
     let merged_slot = atomicAdd(&dispatches[4u * MERGED_DISPATCH + 3u], 1u);
     merged_tiles[merged_slot] = index;
     raise_dispatch(MERGED_DISPATCH, merged_slot + 1u, 1u);

@@ -22,7 +22,7 @@ var<private> alpha_of_none: f32;
 fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     walked_tile = tile_number_of(view, tile);
     has_scattered = tile.scattered;
-    blank = stays_blank(view, texel, (tile.first < tile.end) | has_scattered);
+    blank = stays_empty(view, texel, tile);
     alpha_of_none = 1.0;
     walked_page = page_of(view.origin + texel, view.layer);
     for (var turn = u32(blank); turn < 1u; turn += 1u) {
@@ -66,13 +66,13 @@ fn store_nodes_where(view: GpuView, corner: vec2<f32>, i: u32, pair: u32, nodes:
 
 // Whether the tile has no casters, and its curves are not stored.
 fn stays_empty(view: GpuView, texel: vec2<u32>, tile: Tile) -> bool {
-    before_tile(view, texel, tile);
-    return blank;
+    return stays_blank(view, texel, (tile.first < tile.end) | tile.scattered);
 }
 
 fn store_empty(view: GpuView, texel: vec2<u32>) {
+    let alpha = plain_alpha(view.origin + texel, view.layer);
     for (var i = 0u; i < unrolled(ROWS); i += 1u) {
-        store_map(view.origin + texel + vec2(0u, i), view.layer, vec4(vec3(1.0), alpha_of_none), 1.0);
+        store_map(view.origin + texel + vec2(0u, i), view.layer, vec4(vec3(1.0), alpha), 1.0);
     }
 }
 

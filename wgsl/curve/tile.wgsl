@@ -25,13 +25,12 @@ var<private> is_blank: bool;
 fn before_tile(view: GpuView, texel: vec2<u32>, tile: Tile) {
     walked_tile = tile_number_of(view, tile);
     has_scattered = tile.scattered;
-    is_blank = stays_blank(view, texel, (tile.first < tile.end) | has_scattered);
+    is_blank = stays_empty(view, texel, tile);
 }
 
 // Whether the tile has no casters, and its curves are not stored.
 fn stays_empty(view: GpuView, texel: vec2<u32>, tile: Tile) -> bool {
-    before_tile(view, texel, tile);
-    return is_blank;
+    return stays_blank(view, texel, (tile.first < tile.end) | tile.scattered);
 }
 
 fn store_empty(view: GpuView, texel: vec2<u32>) {

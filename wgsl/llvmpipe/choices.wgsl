@@ -30,55 +30,43 @@ fn tile_number(workgroup: vec3<u32>, workgroups: vec3<u32>) -> u32 {
 
 const TILE_RUN: u32 = 4u; // Rust: src/stage/tuning.rs
 
-// A run of tiles. llvmpipe executes a walk's code, and all stores, even where no lane takes them, but leaves a
-// loop at its end: empty tiles and others are stored in a loop each, which tests at its end whether there is
-// one more. A tile is one share.
+// A run of tiles. llvmpipe executes a walk's code, and all stores, even where no lane takes them, but leaves
+// a loop at its end: empty tiles and others are stored in a loop each, which tests at its end whether there
+// is one more. A tile is one share.
 fn walk_tiles(number_of_run: u32, first_share: u32, step: u32, lane: u32) {
     let in_tile = share_texel(0u, lane);
     // Tiles of a part are not one behind the other.
     let count = select(TILE_RUN, 1u, dispatches[PARTED_DISPATCH].x != 0u);
     let first = number_of_run * count;
-    let end = first + count;
-    var number = next_tile(first, end, in_tile, true);
+    var empty = 0u; // a bit for each tile
+    var walked = 0u;
+    for (var i = 0u; i < unrolled(TILE_RUN); i += 1u) {
+        let tile = tile_at(first + min(i, count - 1u));
+        let stays = stays_empty(views[tile.view], tile.position * TILE_SIZE + in_tile, tile);
+        let bit = select(0u, 1u << i, (i < count) & (tile.merged == 0u));
+        empty |= select(0u, bit, stays);
+        walked |= select(bit, 0u, stays);
+    }
     loop {
-        if number < end {
-            let tile = tile_at(number);
+        if empty != 0u {
+            let tile = tile_at(first + firstTrailingBit(empty));
             store_empty(views[tile.view], tile.position * TILE_SIZE + in_tile);
+            empty &= empty - 1u;
         }
-        number = next_tile(number + 1u, end, in_tile, true);
-        if number >= end {
+        if empty == 0u {
             break;
         }
     }
-    number = next_tile(first, end, in_tile, false);
     loop {
-        if number < end {
-            let tile = tile_at(number);
+        if walked != 0u {
+            let tile = tile_at(first + firstTrailingBit(walked));
             walk_tile_share(views[tile.view], tile, in_tile);
+            walked &= walked - 1u;
         }
-        number = next_tile(number + 1u, end, in_tile, false);
-        if number >= end {
+        if walked == 0u {
             break;
         }
     }
-}
-
-// The first tile from `first` on that stays empty, or else that must be walked; `end` or more if there is
-// none.
-fn next_tile(first: u32, end: u32, in_tile: vec2<u32>, is_empty: bool) -> u32 {
-    var number = first;
-    var is_next = false;
-    loop {
-        let tile = tile_at(min(number, end - 1u));
-        let view = views[tile.view];
-        let stays = stays_empty(view, tile.position * TILE_SIZE + in_tile, tile);
-        is_next = (tile.merged == 0u) & (stays == is_empty);
-        number += u32(!is_next);
-        if is_next | (number >= end) {
-            break;
-        }
-    }
-    return number;
 }
 
 // Texels of an invocation: four in a column. They share the costs of a visit that don't depend on the texel.

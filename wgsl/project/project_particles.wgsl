@@ -3,7 +3,7 @@
 
 import package::bind::read::chunks;
 import package::bind::uniform::{materials, project_params, views};
-import package::features::{HAS_BRICKS, HAS_CAPSULES};
+import package::features::{HAS_BRICKS, HAS_CAPSULES, PARALLEL};
 import package::hit::capsule::capsule_setup;
 import package::project::extent::{brick_extent, capsule_extent, capsule_tiles, put, tangents};
 import package::records::batch::workgroup_number;
@@ -96,14 +96,15 @@ fn project_particles(
     let is_round = material.shape == SHAPE_PUFF || is_brick;
     let is_quad = material.shape == SHAPE_QUAD;
     let corner = select(1.0, SQRT_2, is_quad); // half a quad's diagonal reaches beyond its radius
-    let is_beside = view.perspective > 0.0 && distance <= MIN_COSINE * length(center);
+    let is_parallel = PARALLEL || view.perspective == 0.0;
+    let is_beside = !is_parallel && distance <= MIN_COSINE * length(center);
     var texel: vec2<f32>;
     var radius: f32;
     var grow: f32;
     var lo: vec2<f32>;
     var hi: vec2<f32>;
     var depth_reach: f32;
-    if view.perspective == 0.0 {
+    if is_parallel {
         texel = vec2(center.x, -center.y) * view.scale + half_size;
         let projected = caster_radius * view.scale;
         grow = max(MIN_RADIUS / projected, 1.0);
@@ -147,7 +148,7 @@ fn project_particles(
     if is_brick {
         let extent = brick_extent(view, brick_of(record.id), center);
         // Otherwise the bounding sphere's box holds.
-        if view.perspective == 0.0 || extent.nearest > BRICK_NEAR * extent.farthest {
+        if is_parallel || extent.nearest > BRICK_NEAR * extent.farthest {
             lo = extent.lo;
             hi = extent.hi;
         }
@@ -159,7 +160,7 @@ fn project_particles(
         put(index, INVISIBLE, vec2(0u));
         return;
     }
-    let circle = select(1e30, radius + SLACK, !(is_quad || is_brick) && view.perspective == 0.0);
+    let circle = select(1e30, radius + SLACK, !(is_quad || is_brick) && is_parallel);
     // Only tiles can write opaque depths.
     let scatter = (project_params.scatter == 1u) & (material.transfer < TRANSFER_OPAQUE) & !is_beside;
     let rect = tile_rect(view.size, chunk.view, lo, hi, texel, circle, scatter);

@@ -60,7 +60,7 @@ impl Walk<'_> {
             plan.has_segments(&context.config.tuning) || (may_scatter && features.nodes == 0);
 
         let tuning = &context.config.tuning;
-        let [x, y, _] = bin::tile_grid(self.tile_count.div_ceil(tuning.tile_run()));
+        let [x, y, _] = bin::tile_grid(self.tile_count.div_ceil(tuning.tile_run(kernels.tiles)));
         let shares = tuning.tile_shares(kernels.tiles);
         let tiles = run(kernels.tiles, [x, y, shares].into())?;
         let (mut read, mut resolve) = (vec![tiles], Vec::new());
