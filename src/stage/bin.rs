@@ -102,7 +102,8 @@ pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/parts.wgsl")
 pub const PART_GATHER: KernelDesc =
     KernelDesc { ..KernelDesc::new("part_gather", "bin/part_gather.wgsl") };
 
-/// Entries of `dispatches`: three workgroup counts and their sum. WGSL: `wgsl/records/batch.wgsl`.
+/// Entries of `dispatches`: three workgroup counts, and a number of casters or tiles. WGSL:
+/// `wgsl/records/batch.wgsl`.
 #[derive(Clone, Copy, Debug)]
 pub enum DispatchEntry {
     /// Casters whose pairs did not fit.
@@ -113,9 +114,10 @@ pub enum DispatchEntry {
     Merged,
     /// [`PART_COUNT`], where footprints did not fit.
     PartCount,
-    /// A workgroup for each tile of the present part; instead of the sum, its first tile.
+    /// A workgroup for each tile of the present part; instead of a number, its first tile.
     Part,
-    /// No dispatch: x is 1 if the list goes through parts; instead of the sum, the tile behind the part.
+    /// No dispatch: x is 1 if the list goes through parts; instead of a number, the tile behind
+    /// the part.
     Parted,
 }
 

@@ -165,6 +165,7 @@ fn bin_emit(@builtin(global_invocation_id) id: vec3<u32>) {
     if overflowed > 0u {
         raise_dispatch(PART_COUNT_DISPATCH, (bin_params.footprint_count + 31u) / 32u, 1u);
         raise_dispatch(OVERFLOW_DISPATCH, overflowed, OVERFLOW_SLICES);
+        atomicMax(&dispatches[4u * OVERFLOW_DISPATCH + 3u], overflowed);
     }
 }
 

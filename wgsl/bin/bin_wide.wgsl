@@ -3,7 +3,7 @@
 
 import package::bin::bin::emit_outlined;
 import package::bin::tiles::raise_dispatch;
-import package::bind::changed::{counters, overflow, run_offsets};
+import package::bind::changed::{counters, dispatches, overflow, run_offsets};
 import package::bind::uniform::{bin_params, views};
 import package::features::HAS_GAUSSIANS;
 import package::records::batch::{OVERFLOW_DISPATCH, OVERFLOW_SLICES, PART_COUNT_DISPATCH, rect_count};
@@ -90,6 +90,7 @@ fn bin_emit_wide(
     if overflowed > 0u {
         raise_dispatch(PART_COUNT_DISPATCH, (bin_params.footprint_count + 31u) / 32u, 1u);
         raise_dispatch(OVERFLOW_DISPATCH, overflowed, OVERFLOW_SLICES);
+        atomicMax(&dispatches[4u * OVERFLOW_DISPATCH + 3u], overflowed);
     }
 }
 

@@ -109,7 +109,9 @@ fn store_dispatch(dispatch: u32, counts: vec4<u32>) {
 
 fn clear_segments() {
     atomicStore(&segments.count, 0u);
-    store_dispatch(SEGMENT_DISPATCH, vec4(0u));
+    for (var i = 0u; i < 3u; i += 1u) {
+        atomicStore(&dispatches[4u * SEGMENT_DISPATCH + i], 0u);
+    }
 }
 
 // bin, where pairs did not fit: exclusive prefix sum of the tiles' pairs, in place, and whether the recorded

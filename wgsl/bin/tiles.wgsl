@@ -85,5 +85,4 @@ fn raise_dispatch(dispatch: u32, count: u32, slices: u32) {
     atomicMax(&dispatches[4u * dispatch], min(count, MAX_X));
     atomicMax(&dispatches[4u * dispatch + 1u], (count + MAX_X - 1u) / MAX_X);
     atomicMax(&dispatches[4u * dispatch + 2u], slices);
-    atomicMax(&dispatches[4u * dispatch + 3u], count);
 }

@@ -28,7 +28,8 @@ struct ProjectParams {
     by_distance: u32,
 }
 
-// Entries of `dispatches`: workgroup counts in x, y, z and their sum in w.
+// Entries of `dispatches`: workgroup counts in x, y, z; in w the number of casters that did not fit, or of
+// merged tiles.
 
 const OVERFLOW_DISPATCH: u32 = 0u;
 const SEGMENT_DISPATCH: u32 = 1u;

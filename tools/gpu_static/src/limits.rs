@@ -102,6 +102,13 @@ impl Limits {
         Ok(limits.map_err(|error| format!("limits.toml: {error}"))?)
     }
 
+    /// A name of a GPU's smaller limits that is the start of none of `kernels`.
+    pub fn unused<'a>(&'a self, gpu: &str, kernels: &[&str]) -> Option<&'a str> {
+        let names = self.smaller.iter().filter(|it| it.gpu == gpu).flat_map(|it| &it.kernels);
+        let mut unused = names.filter(|name| !kernels.iter().any(|it| it.starts_with(*name)));
+        unused.next().map(String::as_str)
+    }
+
     pub fn of(&self, gpu: &str, kernel: &str) -> Limit {
         let all = self.gpus.get(gpu).copied().unwrap_or_default();
         let smaller = self
@@ -158,6 +165,8 @@ mod tests {
                 "a: curve: visit 7, of 6 at most"
             ]
         );
+        assert_eq!(limits.unused("a", &["disc", "curve_tiles"]), None);
+        assert_eq!(limits.unused("a", &["disc"]), Some("curve"));
         let slow = Needs { seconds: 4.5, code: 61, lds: 1, spilled: 0, ..NEEDS };
         assert_eq!(limits.complaints("a", "disc", &slow).len(), 3);
     }

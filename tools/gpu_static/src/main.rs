@@ -66,6 +66,10 @@ fn run() -> Result<bool, Failure> {
                 println!("{complaint}");
             }
         }
+        let kernels: Vec<&str> = needs.keys().map(String::as_str).collect();
+        if let Some(name) = limits.unused(gpu, &kernels) {
+            return Err(format!("limits.toml: no kernel of {gpu} begins with {name}").into());
+        }
         let (kernel, first) = needs.first_key_value().ok_or_else(|| format!("{gpu}: no kernel"))?;
         sees_a_limit(&limits, gpu, kernel, first)?;
         println!();
