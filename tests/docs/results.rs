@@ -1,5 +1,5 @@
-//! The README's figures equal those of benches/results: llvmpipe.json, which `make results` writes, and
-//! h100.json; and the tables that `make quality` writes meet the demands on curves.
+//! The README's figures equal those of benches/results: llvmpipe.json and llvmpipe-core.json, which `make
+//! results` writes, and h100.json; and the tables that `make quality` writes meet the demands on curves.
 use crate::kernels::{Discs, Row};
 use gobo::gpu::Tier;
 use serde_json::Value;
@@ -20,21 +20,23 @@ fn thousands(count: u64) -> String {
     text
 }
 
-/// A row of the README's table; its last columns are a GPU's.
-fn line(row: &Value, on_gpu: &Value) -> String {
+/// A row of the README's table; its last columns are a GPU's, the one before them CPU times of core beside
+/// native.
+fn line(row: &Value, on_core: &Value, on_gpu: &Value) -> String {
     let of =
         |row: &Value, name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} in {row}"));
     let number = |name: &str| of(row, name);
     // A number that was f32 has more digits as f64.
     let short = |name: &str| format!("{}", number(name) as f32);
     format!(
-        "| {} | {} | {} | {} | {} | {:.1} | {:.2} | {:.2} |",
+        "| {} | {} | {} | {} | {} | {:.1} | {:.1} | {:.2} | {:.2} |",
         thousands(number("casters") as u64),
         short("footprint"),
         short("opacity"),
         figure(number("compute_ms")),
         figure(number("raster_ms")),
         number("ratio"),
+        of(on_core, "core_cpu_s") / of(on_core, "native_cpu_s"),
         of(on_gpu, "compute_ms"),
         of(on_gpu, "cuda_ms"),
     )
@@ -64,9 +66,12 @@ fn the_readme_shows_what_was_measured() {
     let gpu: Value = serde_json::from_str(&read("benches/results/h100.json")).unwrap();
     let of_gpu = gpu["rows"].as_array().unwrap();
     assert_eq!(of_gpu.iter().map(case).collect::<Vec<_>>(), wanted);
+    let core: Value = serde_json::from_str(&read("benches/results/llvmpipe-core.json")).unwrap();
+    let of_core = core["rows"].as_array().unwrap();
+    assert_eq!(of_core.iter().map(case).collect::<Vec<_>>(), wanted);
     let readme = read("README.md");
-    for (row, on_gpu) in rows.iter().zip(of_gpu) {
-        let line = line(row, on_gpu);
+    for ((row, on_core), on_gpu) in rows.iter().zip(of_core).zip(of_gpu) {
+        let line = line(row, on_core, on_gpu);
         assert!(readme.contains(&format!("\n{line}\n")), "not in README.md: {line}");
     }
 }
