@@ -239,7 +239,7 @@ impl BatchPlan {
         let visible = casters.visible(around);
         let features = casters.span(list.clone()).features;
         let features = if *list == Class::SOLID {
-            features.of_views(false, false)
+            features.of_views(false, false).with(Flags::PARALLEL, false)
         } else {
             features.with(Flags::NOT_PLAIN | Flags::NOT_SPLATS, true)
         };
