@@ -39,10 +39,10 @@ const MOVES: [(u32, u32, Most); 10] = [
     (256, 1000, Most { us: 400.0, allocations: 150, passes: 1 }),
     (16, 20_000, Most { us: 100.0, allocations: 50, passes: 1 }),
     (256, 20_000, Most { us: 400.0, allocations: 150, passes: 1 }),
-    (16, 100_000, Most { us: 100.0, allocations: 50, passes: 1 }),
-    (256, 100_000, Most { us: 400.0, allocations: 150, passes: 1 }),
-    (16, 200_000, Most { us: 100.0, allocations: 50, passes: 1 }),
-    (256, 200_000, Most { us: 400.0, allocations: 170, passes: 1 }),
+    (16, 100_000, Most { us: 200.0, allocations: 50, passes: 1 }),
+    (256, 100_000, Most { us: 800.0, allocations: 150, passes: 1 }),
+    (16, 200_000, Most { us: 200.0, allocations: 55, passes: 1 }),
+    (256, 200_000, Most { us: 800.0, allocations: 170, passes: 1 }),
 ];
 /// Spots that are area lights for `bind_area_lights`; the others are points.
 const MOST_AREAS: u32 = 64;
