@@ -36,15 +36,17 @@ fn maps(tier: Tier, scene: &Scene, columns: bool) -> (Vec<ViewMaps>, u64) {
 }
 
 pub(super) fn assert_forms_agree(name: &str, scene: &Scene) {
-    for tier in tiers(Tier::Native) {
-        let [one, columns] = [false, true].map(|columns| maps(tier, scene, columns));
-        if rounds_as_the_cpu(&gpu(tier)) {
-            parts::assert_same(&one.0, &columns.0, &format!("{name}, {tier:?}"));
-        } else if let Err(apart) = nearly_same(&one.0, &columns.0, FORMS) {
-            panic!("{name}, {tier:?}: {apart}");
-        }
-        assert_eq!(one.1, columns.1, "{name}, {tier:?}: disordered");
+    tiers(Tier::Native).into_iter().for_each(|tier| assert_forms_agree_on(tier, name, scene));
+}
+
+fn assert_forms_agree_on(tier: Tier, name: &str, scene: &Scene) {
+    let [one, columns] = [false, true].map(|columns| maps(tier, scene, columns));
+    if rounds_as_the_cpu(&gpu(tier)) {
+        parts::assert_same(&one.0, &columns.0, &format!("{name}, {tier:?}"));
+    } else if let Err(apart) = nearly_same(&one.0, &columns.0, FORMS) {
+        panic!("{name}, {tier:?}: {apart}");
     }
+    assert_eq!(one.1, columns.1, "{name}, {tier:?}: disordered");
 }
 
 /// The comparison for GPUs sees what is more than rounding.
@@ -113,6 +115,17 @@ fn forms_agree_past_the_budget() {
     scene.shadow.receiver = Receiver::Nearest;
     scene.shadow.pair_budget = 500;
     assert_forms_agree(name, &scene);
+}
+
+/// Segments of long tiles add to the sums of texels, which are in one buffer or one for each channel.
+#[test]
+fn forms_of_sums_agree() {
+    // Flat discs: soft ones have longer segments on software adapters.
+    let [_, (name, mut scene), _] = parts::long_tiles();
+    scene.shadow.receiver = Receiver::Nearest;
+    for &tier in Tier::BY_SUBGROUPS {
+        assert_forms_agree_on(tier, name, &scene);
+    }
 }
 
 #[test]
