@@ -38,10 +38,6 @@ pub fn composed_texels(pair_capacity: u32) -> u64 {
 pub(super) const FILTER: Choice = Choice::new("accumulator", "accumulator/filter.wgsl");
 /// The same for casters of one simple kind: soft discs or splats, of the `filter` transfer.
 pub(super) const PLAIN: Choice = Choice::new("accumulator", "accumulator/plain.wgsl");
-/// Whether a kernel's casters are all of one simple kind.
-pub(super) fn is_plain(desc: &KernelDesc) -> bool {
-    desc.choices().any(|it| it.name == PLAIN.name && it.files == PLAIN.files)
-}
 const PLAIN_LANE_CASTER: Choice = Choice::new("lane_caster", "accumulator/plain.wgsl");
 /// Soft discs.
 pub(super) const DISCS: Choice = Choice::new("plain", "hit/disc.wgsl");
@@ -148,4 +144,9 @@ pub fn kernels(features: Features) -> WalkKernels {
             (false, false) => &resolve::TILES,
         },
     }
+}
+
+/// Whether a kernel's casters are all of one simple kind.
+pub(super) fn is_plain(desc: &KernelDesc) -> bool {
+    desc.choices().any(|it| it.name == PLAIN.name && it.files == PLAIN.files)
 }

@@ -99,8 +99,7 @@ pub const PART_FIRST: KernelDesc = KernelDesc::new("part_first", "bin/parts.wgsl
 pub const PART_NEXT: KernelDesc = KernelDesc::new("part_next", "bin/parts.wgsl");
 
 /// The pairs of each tile of a part, front to back.
-pub const PART_GATHER: KernelDesc =
-    KernelDesc { ..KernelDesc::new("part_gather", "bin/part_gather.wgsl") };
+pub const PART_GATHER: KernelDesc = KernelDesc::new("part_gather", "bin/part_gather.wgsl");
 
 /// Entries of `dispatches`: three workgroup counts, and a number of casters or tiles. WGSL:
 /// `wgsl/records/batch.wgsl`.

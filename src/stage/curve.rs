@@ -126,12 +126,10 @@ pub const SHORT_PAGE: u32 = 1;
 pub const RELEASE_PAGES: KernelDesc = KernelDesc::new("release_pages", "curve/give_pages.wgsl");
 
 /// Gives a page to each tile with casters.
-pub const GIVE_PAGES: KernelDesc =
-    KernelDesc { ..KernelDesc::new("give_pages", "curve/give_pages.wgsl") };
+pub const GIVE_PAGES: KernelDesc = KernelDesc::new("give_pages", "curve/give_pages.wgsl");
 
 /// Takes them back where they do not suffice.
-pub const SETTLE_PAGES: KernelDesc =
-    KernelDesc { ..KernelDesc::new("settle_pages", "curve/give_pages.wgsl") };
+pub const SETTLE_PAGES: KernelDesc = KernelDesc::new("settle_pages", "curve/give_pages.wgsl");
 
 /// Curves of tiles of several segments, by two walks.
 pub const RAY_RESOLVE: KernelDesc = KernelDesc {

@@ -112,17 +112,14 @@ pub const PANES: KernelDesc = KernelDesc {
     ..of_points(kernel("shade_panes", "shade/shade_panes.wgsl"))
 };
 /// One invocation per tile of a band.
-pub const LAYERED: KernelDesc =
-    KernelDesc { ..of_points(kernel("shade_layered", "shade/layer.wgsl")) };
+pub const LAYERED: KernelDesc = of_points(kernel("shade_layered", "shade/layer.wgsl"));
 /// Points of particles and Gaussians.
-pub const CASTERS: KernelDesc =
-    KernelDesc { ..of_points(kernel("shade_casters", "shade/shade_casters.wgsl")) };
+pub const CASTERS: KernelDesc = of_points(kernel("shade_casters", "shade/shade_casters.wgsl"));
 /// Points of the lattices in bricks of voxels.
 pub const BRICKS: KernelDesc = of_points(kernel("shade_bricks", "shade/shade_casters.wgsl"));
 
 /// Tiles of each footprint that are in a part of the picture.
-pub const CLIP: KernelDesc =
-    KernelDesc { ..of_points(kernel("shade_clip", "shade/shade_clip.wgsl")) };
+pub const CLIP: KernelDesc = of_points(kernel("shade_clip", "shade/shade_clip.wgsl"));
 
 gobo::gpu_struct! {
     /// WGSL: `crates/gobo-picture/wgsl/shade/band.wgsl`.
